@@ -114,6 +114,21 @@ struct WireloomKind;
 // `Parameter::quantity`: in kg/m³.
 #define WIRELOOM_QUANTITY_DENSITY 13
 
+// `Parameter::quantity`: in m/s.
+#define WIRELOOM_QUANTITY_VELOCITY 14
+
+// `Parameter::quantity`: in K.
+#define WIRELOOM_QUANTITY_TEMPERATURE 15
+
+// `Parameter::quantity`: in 1/K.
+#define WIRELOOM_QUANTITY_THERMAL_EXPANSION 16
+
+// `Parameter::quantity`: in 1/(m K).
+#define WIRELOOM_QUANTITY_THERMAL_CURVATURE 17
+
+// `Parameter::quantity`: in rad/s.
+#define WIRELOOM_QUANTITY_ANGULAR_SPEED 18
+
 // `Description::shape`: some of the six degrees of freedom of the only station are prescribed.
 #define WIRELOOM_SHAPE_PRESCRIBED 1
 

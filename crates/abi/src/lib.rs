@@ -110,6 +110,16 @@ pub const QUANTITY_ACCELERATION: i32 = 11;
 pub const QUANTITY_PRESSURE: i32 = 12;
 /// [`Parameter::quantity`]: in kg/m³.
 pub const QUANTITY_DENSITY: i32 = 13;
+/// [`Parameter::quantity`]: in m/s.
+pub const QUANTITY_VELOCITY: i32 = 14;
+/// [`Parameter::quantity`]: in K.
+pub const QUANTITY_TEMPERATURE: i32 = 15;
+/// [`Parameter::quantity`]: in 1/K.
+pub const QUANTITY_THERMAL_EXPANSION: i32 = 16;
+/// [`Parameter::quantity`]: in 1/(m K).
+pub const QUANTITY_THERMAL_CURVATURE: i32 = 17;
+/// [`Parameter::quantity`]: in rad/s.
+pub const QUANTITY_ANGULAR_SPEED: i32 = 18;
 
 /// [`Description::shape`]: some of the six degrees of freedom of the only station are prescribed.
 pub const SHAPE_PRESCRIBED: i32 = 1;

@@ -1,7 +1,8 @@
 //! Data of everything that acts on a harness at one moment: targets, memories, multipliers, contact, friction, sliding.
 
+use crate::load::LoadAction;
 use crate::network::AttachedConstraint;
-use crate::{Network, Pose, State, Vector};
+use crate::{Matrix, Network, Pose, State, Vector};
 use serde::{Deserialize, Serialize};
 
 /// First penalty of a constraint's equations, in units of (force scale × length scale) / (scale of the residual)²:
@@ -14,8 +15,12 @@ const FIRST_PENALTY: f64 = 1e4;
 pub struct Conditions {
     /// Gravity, m/s².
     pub gravity: Vector,
+    /// Rotation of the axes in which the harness is at rest.
+    pub rotation: RotatingAxes,
     /// Factor of each load.
     pub load_factors: Vec<f64>,
+    /// Temperature of each branch, less that at which it has its rest shape, K.
+    pub temperatures: Vec<f64>,
     /// Whether each constraint acts.
     pub active: Vec<bool>,
     /// Target pose of the first station of each constraint.
@@ -39,7 +44,9 @@ impl Conditions {
         let with_states = network.constraints.iter().zip(&constraints);
         Self {
             gravity,
+            rotation: RotatingAxes::default(),
             load_factors: network.loads.iter().map(|load| load.factor).collect(),
+            temperatures: vec![0.0; network.branches.len()],
             active: network.constraints.iter().map(|c| c.from_start).collect(),
             targets: with_states.map(|(c, own)| c.model.target(&own.base, 0.0)).collect(),
             constraints,
@@ -47,6 +54,38 @@ impl Conditions {
             sliding: vec![Sliding::Stuck; network.slides.len()],
             contact: ContactState::new(network),
         }
+    }
+}
+
+/// Axes that rotate steadily about a fixed line. In them every mass is pulled away from the line: `E = −½ m |ω × r|²`
+/// with r from a point of the line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RotatingAxes {
+    /// A point of the line, m.
+    pub point: Vector,
+    /// ω, rad/s, along the line.
+    pub velocity: Vector,
+}
+
+impl RotatingAxes {
+    /// Whether they rotate.
+    pub fn is_moving(&self) -> bool {
+        self.velocity != Vector::zeros()
+    }
+
+    /// Potential per mass at x, m²/s².
+    pub fn potential(&self, x: &Vector) -> f64 {
+        -0.5 * self.velocity.cross(&(x - self.point)).norm_squared()
+    }
+
+    /// Centrifugal acceleration at x, `−ω × (ω × r)`, m/s².
+    pub fn pull(&self, x: &Vector) -> Vector {
+        -self.velocity.cross(&self.velocity.cross(&(x - self.point)))
+    }
+
+    /// Second derivative of the potential, `ω ωᵀ − |ω|² I`, 1/s²: nowhere positive.
+    pub fn hessian(&self) -> Matrix {
+        self.velocity * self.velocity.transpose() - Matrix::identity() * self.velocity.norm_squared()
     }
 }
 
@@ -294,11 +333,36 @@ impl<'a> System<'a> {
                 crate::network::Place::Node { branch: b, node } if *b == branch => Some(*node),
                 _ => None,
             });
-        let loads = self.network.loads.iter().filter(|load| points.contains(&load.point));
-        let of_loads = loads.map(|load| load.point - points.start);
+        let of_loads = self.network.loads.iter().filter_map(|load| match &load.action {
+            LoadAction::At { place, .. } if points.contains(&place.point) => Some(place.point - points.start),
+            _ => None,
+        });
         let mut knots: Vec<usize> = of_constraints.chain(of_loads).chain([0, points.len() - 1]).collect();
         knots.sort_unstable();
         knots.dedup();
         knots
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The potential is a quadratic function: central differences are exact to round-off.
+    #[test]
+    fn the_pull_of_axes_that_rotate_is_the_slope_of_its_potential() {
+        let axes = RotatingAxes { point: Vector::new(0.3, -0.2, 0.5), velocity: Vector::new(3.0, -5.0, 7.0) };
+        let x = Vector::new(-0.4, 0.8, 0.1);
+        for k in 0..3 {
+            let step = Vector::ith(k, 0.5);
+            let slope = axes.potential(&(x + step)) - axes.potential(&(x - step));
+            assert!((slope + axes.pull(&x)[k]).abs() < 1e-12, "{slope}");
+            let change = axes.pull(&(x + step)) - axes.pull(&(x - step));
+            assert!((change + axes.hessian().column(k)).norm() < 1e-12, "{change}");
+        }
+        // Nothing along the axis; ω² r away from it.
+        assert!(axes.pull(&(axes.point + axes.velocity)).norm() < 1e-12);
+        let away = axes.velocity.cross(&Vector::x());
+        assert!((axes.pull(&(axes.point + away)) - away * axes.velocity.norm_squared()).norm() < 1e-9);
     }
 }

@@ -170,7 +170,8 @@ pub struct StepResult {
     /// increment did not end in an equilibrium.
     pub violations: Vec<Violation>,
     /// Whether the equilibrium is stable; `None` where that cannot be decided: an eigenvalue is zero to round-off, the
-    /// state is not an equilibrium, or a dead moment acts, which has no potential (then `Some(false)` or `None`).
+    /// state is not an equilibrium, or a load without a potential acts (then `Some(false)` where it
+    /// certainly diverges, or `None`).
     pub stable: Option<bool>,
     /// Data on the solution process.
     pub minimiser: MinimiserResult,

@@ -8,7 +8,7 @@ use crate::{Rotation, Vector};
 
 /// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
 ///
-/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1, 0)²)`, `Γ = v + v × φ − e3`, `v = Rᵀ e/ℓ`,
+/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1 + ε, 0)²)`, `Γ = v + v × φ − (1 + ε) e3`, `v = Rᵀ e/ℓ`, ε the free strain,
 /// `φ = Σ 2 β Re(r) Im(r)` with `r = q̄ Q` over the stations Q beside it ([`crate::rod::Beside`]); the sign of r is
 /// that with Re(r) ≥ 0. Coupling: see [`PairLaw`]; friction adds `λ Σ H(|κ − κ° − p|)` over its elements, with
 /// `H(e) = ½ k e²` up to `e = M/k` and `M e − M²/(2 k)` beyond, and p from the memory of the rod.

@@ -23,6 +23,7 @@ pub mod equilibrium;
 pub mod event;
 pub mod joint;
 pub mod law;
+pub mod load;
 mod mesh_motion;
 pub mod minimiser;
 pub mod monitor;

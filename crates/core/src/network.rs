@@ -2,6 +2,7 @@
 
 use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, JointModel, Mounting};
+use crate::load::LoadAction;
 use crate::obstacle::{ContactSettings, Obstacle};
 use crate::requirement::{Marker, Requirement};
 use crate::rod::RodSegment;
@@ -114,17 +115,13 @@ pub struct ConstraintPlan {
     pub from_start: bool,
 }
 
-/// Input for a dead load of a network.
+/// Input for a load of a network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadPlan {
     /// Name.
     pub name: String,
-    /// Place where it acts.
-    pub place: Place,
-    /// Force, N, world axes.
-    pub force: Vector,
-    /// Moment, N m, world axes.
-    pub moment: Vector,
+    /// What it exerts, and where.
+    pub action: LoadAction<Place, NodeRange>,
     /// Factor at the start of the run.
     pub factor: f64,
 }
@@ -252,21 +249,38 @@ pub struct SlideSite {
     pub friction: f64,
 }
 
-/// Dead load of a network.
+/// Load of a network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     /// Name.
     pub name: String,
-    /// Site where its moment acts.
-    pub site: Site,
-    /// Index of the point its force acts on: a node of the branch, even if it is tied to a joint.
-    pub point: usize,
-    /// Force, N, world axes.
-    pub force: Vector,
-    /// Moment, N m, world axes.
-    pub moment: Vector,
+    /// What it exerts, and where.
+    pub action: LoadAction<LoadSite, NodeRange>,
     /// Factor at the start of the run.
     pub factor: f64,
+}
+
+/// Site of a load at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadSite {
+    /// Site where its moment acts, and that a follower turns with.
+    pub site: Site,
+    /// Index of the point that a dead force acts on: a node of the branch, even if it is tied to a joint.
+    pub point: usize,
+}
+
+impl Load {
+    /// Why it has no potential; `None` if it has one.
+    pub fn without_potential(&self) -> Option<&'static str> {
+        match &self.action {
+            LoadAction::At { follows: true, .. } => Some("follows the cable"),
+            LoadAction::At { place, moment, .. } if place.site.frame.is_some() && *moment != Vector::zeros() => {
+                Some("is a dead moment")
+            }
+            LoadAction::At { .. } => None,
+            LoadAction::Along { force, .. } => force.without_potential(),
+        }
+    }
 }
 
 /// Tie: a dependent point, and possibly frame, of the state that follows a joint.
@@ -302,10 +316,12 @@ pub struct Network {
     pub constraints: Vec<AttachedConstraint>,
     /// Sites of the sliding constraints.
     pub slides: Vec<SlideSite>,
-    /// Dead loads.
+    /// Loads.
     pub loads: Vec<Load>,
     /// Points and frames that follow the joints.
     pub ties: Vec<Tie>,
+    /// Whether the axes rotate at some time ([`crate::conditions::RotatingAxes`]).
+    pub rotates: bool,
     /// Obstacles.
     pub obstacles: Vec<Obstacle>,
     /// Settings of contact.
@@ -463,6 +479,7 @@ impl Network {
             slides: Vec::new(),
             loads: Vec::new(),
             ties,
+            rotates: false,
             obstacles: Vec::new(),
             contact: ContactSettings::default(),
             requirements: Vec::new(),
@@ -473,20 +490,19 @@ impl Network {
         for plan in constraints {
             network.add_constraint(plan);
         }
-        network.loads = loads
-            .into_iter()
-            .map(|plan| Load {
-                site: network.site(plan.place),
-                point: match plan.place {
-                    Place::Joint(j) => network.joints[j].point,
-                    Place::Node { branch, node } => network.branches[branch].points.start + node,
-                },
-                name: plan.name,
-                force: plan.force,
-                moment: plan.moment,
-                factor: plan.factor,
-            })
-            .collect();
+        let site = |place: &Place| LoadSite {
+            site: network.site(*place),
+            point: match *place {
+                Place::Joint(j) => network.joints[j].point,
+                Place::Node { branch, node } => network.branches[branch].points.start + node,
+            },
+        };
+        let placed = |plan: LoadPlan| Load {
+            name: plan.name,
+            action: plan.action.map(site, NodeRange::clone),
+            factor: plan.factor,
+        };
+        network.loads = loads.into_iter().map(placed).collect();
         network
     }
 
@@ -587,9 +603,9 @@ impl Network {
         }
     }
 
-    /// A load with a dead moment, if there is one. It has no potential, so minimisers that need an energy refuse it.
-    pub fn dead_moment(&self) -> Option<&Load> {
-        self.loads.iter().find(|load| load.site.frame.is_some() && load.moment != Vector::zeros())
+    /// A load without a potential, and why it has none. Minimisers that need an energy refuse it.
+    pub fn load_without_potential(&self) -> Option<(&Load, &'static str)> {
+        self.loads.iter().find_map(|load| Some((load, load.without_potential()?)))
     }
 
     /// Connected components of the harness: the index of each branch's component, and the number of components.

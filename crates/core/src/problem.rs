@@ -5,6 +5,8 @@ use crate::conditions::{
 };
 use crate::constraint::Action;
 use crate::equilibrium::{Energy, PartFamily, SlideResult};
+use crate::load::LoadAction;
+use crate::network::Load;
 use crate::prescribed::{Held, Prescribed};
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, lever_hessian};
@@ -14,7 +16,7 @@ use crate::terms::contact::{Against, Contact, ContactTerm, ContactViolation, Hel
 use crate::terms::friction::{Anchoring, FrictionTerm};
 use crate::terms::gravity;
 use crate::terms::joints::JointTerm;
-use crate::terms::loads::LoadTerm;
+use crate::terms::loads::{self, LoadTangent, LoadTerm, SegmentTangent};
 use crate::terms::rods::RodTerm;
 use crate::terms::sliding::{SlideHessian, SlideStop, SlidingTerm};
 use crate::terms::slope::Contradiction;
@@ -113,7 +115,9 @@ impl<'n> Problem<'n> {
     }
 
     fn update_loads(&mut self) {
-        self.loads.update(System { network: self.network, conditions: &self.conditions });
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.loads.update(system);
+        self.rods.update(system);
         let scales = self.scales();
         self.constraints.penalty_unit = scales.force * scales.length;
     }
@@ -130,6 +134,9 @@ impl Problem<'_> {
         energy.load = self.loads.energy(system, state);
         energy.gravity = self.loads.energy_with_weight(state) - energy.load;
         gravity::moving_weights(system, state, |point, force| energy.gravity -= force.dot(&state.points[point]));
+        if self.conditions.rotation.is_moving() {
+            energy.gravity += gravity::centrifugal_energy(system, state);
+        }
         energy.constraint = self.constraints.energy(system, state) + self.contact_energy(state);
         energy
     }
@@ -144,8 +151,8 @@ impl Problem<'_> {
     }
 
     /// ∂E/∂x (N), ∂E/∂θ (N m) and ∂E/∂s (N) in the independent variables (tied entries are zero). In the
-    /// held variables the gradient is the reaction of the constraint. Returns the energy, J, to which dead moments do
-    /// not contribute.
+    /// held variables the gradient is the reaction of the constraint. Returns the energy, J, to which loads without
+    /// a potential do not contribute.
     pub fn gradient(&mut self, state: &State, gradient: &mut Tangent) -> f64 {
         let network = self.network;
         let system = System { network, conditions: &self.conditions };
@@ -164,10 +171,11 @@ impl Problem<'_> {
             energy -= work;
             magnitude += work.abs();
         });
+        gravity::centrifugal_gradient(system, state, gradient, &mut energy, &mut magnitude);
         if !network.slides.is_empty() {
             energy += self.sliding.gradient(system, &self.rods, state, gradient);
         }
-        self.loads.moment_gradient(state, gradient);
+        self.loads.add_without_potential(state, gradient);
         self.joints.gradient(network, state, gradient, &mut energy);
         if !self.contact.is_idle() {
             let contact = self.contact.gradient(system, state, gradient);
@@ -205,6 +213,9 @@ impl Problem<'_> {
         if !self.contact.is_idle() {
             self.contact.hessian(system, state, convex, blocks);
             self.friction.hessian(&self.contact, system, state, convex, blocks);
+        }
+        if !convex {
+            gravity::centrifugal_blocks(system, state, blocks);
         }
         let convex = convex.then(|| {
             let scales = Scales::of(system);
@@ -282,12 +293,12 @@ impl Problem<'_> {
 
     /// See [`RodTerm::hold_drawn_shape`].
     pub fn hold_drawn_shape(&mut self, state: &State) {
-        self.rods.hold_drawn_shape(self.network, state);
+        self.rods.hold_drawn_shape(System { network: self.network, conditions: &self.conditions }, state);
     }
 
     /// See [`RodTerm::set_drawn_fraction`].
     pub fn set_drawn_fraction(&mut self, fraction: f64) {
-        self.rods.set_drawn_fraction(fraction);
+        self.rods.set_drawn_fraction(System { network: self.network, conditions: &self.conditions }, fraction);
     }
 
     /// See [`LoadTerm::forces`].
@@ -295,25 +306,49 @@ impl Problem<'_> {
         self.loads.forces()
     }
 
-    /// Whether any dead moment acts.
-    pub fn has_dead_moments(&self) -> bool {
-        !self.loads.moments().is_empty()
+    /// Whether all loads that act have a potential.
+    pub fn has_potential(&self) -> bool {
+        self.loads.has_potential()
     }
 
-    /// See [`LoadTerm::moments`].
-    pub fn dead_moments(&self) -> &[(usize, Vector)] {
-        self.loads.moments()
+    /// See [`LoadTerm::tangents`].
+    pub fn load_tangents(&self, state: &State) -> Vec<LoadTangent> {
+        self.loads.tangents(state)
     }
 
-    /// Sets the active fraction of the dead moments, 0 to 1: the initial equilibrium is found without them.
-    pub fn set_moment_fraction(&mut self, fraction: f64) {
-        self.loads.set_moment_fraction(fraction);
+    /// See [`LoadTerm::segment_tangents`].
+    pub fn segment_tangents(&self, state: &State) -> Vec<SegmentTangent> {
+        self.loads.segment_tangents(state)
+    }
+
+    /// Weight, centrifugal force and loads along a segment per unstressed length, N/m, world axes.
+    pub fn force_per_length(&self, state: &State, branch: usize, segment: usize) -> Vector {
+        let weight = self.conditions.gravity * self.network.branches[branch].section.linear_density;
+        let along = |load: &Load| matches!(load.action, LoadAction::Along { .. });
+        let rotation = &self.conditions.rotation;
+        let weight = if rotation.is_moving() {
+            let own = &self.network.branches[branch];
+            let points = &state.points[own.points.start + segment..][..2];
+            weight + rotation.pull(&((points[0] + points[1]) * 0.5)) * own.section.linear_density
+        } else {
+            weight
+        };
+        if !self.network.loads.iter().any(along) {
+            return weight;
+        }
+        weight + loads::along_segment(self.system(), state, branch, segment)
+    }
+
+    /// Sets the active fraction of the loads without a potential, 0 to 1: the initial equilibrium is found without
+    /// them.
+    pub fn set_fraction_without_potential(&mut self, fraction: f64) {
+        self.loads.set_fraction(fraction);
         self.update_loads();
     }
 
-    /// Work of the dead moments over a step, J, to first order.
-    pub fn moment_work(&self, state: &State, step: &Tangent, alpha: f64) -> f64 {
-        self.loads.moment_work(state, step, alpha)
+    /// Work over a step of the loads without a potential, J, to first order.
+    pub fn work_without_potential(&self, state: &State, step: &Tangent, alpha: f64) -> f64 {
+        self.loads.work_without_potential(state, step, alpha)
     }
 }
 

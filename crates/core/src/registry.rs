@@ -40,6 +40,16 @@ pub enum Quantity {
     Pressure,
     /// kg/m³
     Density,
+    /// m/s
+    Velocity,
+    /// K
+    Temperature,
+    /// 1/K
+    ThermalExpansion,
+    /// 1/(m K)
+    ThermalCurvature,
+    /// rad/s
+    AngularSpeed,
 }
 
 /// Form of a parameter.

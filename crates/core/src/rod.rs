@@ -166,6 +166,8 @@ pub struct BranchShape<'a> {
     pub rest_lengths: &'a [f64],
     /// λ_c, m; one for each coupling; see [`Mesh::couple`].
     pub coupling_lengths: &'a [f64],
+    /// Axial strain without force: the expansion by temperature. The stretch of a segment is measured from it.
+    pub free_strain: f64,
     /// Curvature added to the rest curvature of each coupling, 1/m; empty: none.
     pub extra_curvature: &'a [Vector],
     /// Memory of the rod; see [`RodSegment::memory`]. Where only the geometry is looked at it may be empty.
@@ -267,7 +269,8 @@ pub struct CouplingHessian {
 /// The variational formulation of viscoplastic constitutive updates, Computer Methods in Applied Mechanics and
 /// Engineering 171).
 ///
-/// Contract: E ≥ 0, and E = 0 at rest with the initial memory; E is unchanged by rigid motion of all points and frames
+/// Contract: E ≥ 0, and E = 0 at rest with the initial memory (stretched by [`BranchShape::free_strain`] and bent by
+/// [`BranchShape::extra_curvature`], where these are given); E is unchanged by rigid motion of all points and frames
 /// (objectivity) and by reversing the direction of the branch (reversal); derivatives are taken along `x + δ`, `q ∘
 /// exp(θ)` with θ in the body frame. Methods neither allocate nor fail; output slices have one entry for each node,
 /// frame, segment or coupling and are overwritten. Non-finite input gives non-finite output.

@@ -5,14 +5,15 @@
 //! its connected component:
 //!
 //! ```text
-//! F = max(ρ g L, EI/Λ², push),   M = max(ρ g L², EI/Λ, push Λ, dead moment)
+//! F = max(ρ g L, EI/Λ², push),   M = max(ρ g L², EI/Λ, push Λ, moment of a load)
 //! ```
 //!
 //! Dead forces are not included: near a limit point the load nearly cancels the elastic forces, and the small
 //! difference decides.
 
 use crate::conditions::System;
-use crate::network::Branch;
+use crate::load::LoadAction;
+use crate::network::{Branch, NodeRange};
 use crate::rod::{BranchShape, RodSegment};
 use crate::{Matrix, Network, Rotation, Tangent, Vector};
 
@@ -25,10 +26,10 @@ pub(crate) const ENERGY_NOISE: f64 = 1e-14;
 /// Scales of the whole harness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
-    /// N: the largest of the weights of the branches and joints, the dead forces, the contact forces, and EI/L²
+    /// N: the largest of the weights of the branches and joints, the loads, the contact forces, and EI/L²
     /// with the stiffest section and the longest branch.
     pub force: f64,
-    /// N m: the force scale times the longest branch, or the largest dead moment.
+    /// N m: the force scale times the longest branch, or the largest moment of a load.
     pub moment: f64,
     /// m: the longest branch.
     pub length: f64,
@@ -74,6 +75,7 @@ fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
         frames: &vec![Rotation::identity(); mesh.frames()],
         rest_lengths: &mesh.rest_lengths,
         coupling_lengths: &mesh.coupling_lengths,
+        free_strain: 0.0,
         extra_curvature: &[],
         memory: &rod.memory(),
     };
@@ -95,15 +97,15 @@ pub struct LocalScales {
 }
 
 impl LocalScales {
-    /// Updates the scales; allocates the first time only. `pushes` gives contact forces by branch, N, `moments` dead
-    /// moments by frame, N m.
+    /// Updates the scales; allocates the first time only. `pushes` gives contact forces by branch, N, `moments` those
+    /// of loads by frame, N m.
     pub(crate) fn find(
         &mut self,
         network: &Network,
         rigidity: &[LocalScale],
         gravity: f64,
         pushes: impl Iterator<Item = (usize, f64)>,
-        moments: &[(usize, Vector)],
+        moments: impl Iterator<Item = (usize, Vector)>,
     ) {
         self.branches.clear();
         self.branches.extend_from_slice(rigidity);
@@ -119,8 +121,8 @@ impl LocalScales {
             scale.moment = scale.moment.max(push * scale.length);
         }
         for (frame, moment) in moments {
-            let on_branch = network.branches.iter().position(|branch| branch.frames.contains(frame));
-            let at_joint = network.joints.iter().filter(|joint| joint.frame == Some(*frame));
+            let on_branch = network.branches.iter().position(|branch| branch.frames.contains(&frame));
+            let at_joint = network.joints.iter().filter(|joint| joint.frame == Some(frame));
             for b in on_branch.into_iter().chain(at_joint.flat_map(|joint| joint.branches.iter().copied())) {
                 self.branches[b].moment = self.branches[b].moment.max(moment.norm());
             }
@@ -159,8 +161,20 @@ impl Scales {
             force = force.max(g * joint.mass);
         }
         for (load, factor) in network.loads.iter().zip(&conditions.load_factors) {
-            force = force.max(load.force.norm() * factor.abs());
-            moment = moment.max(load.moment.norm() * factor.abs());
+            match &load.action {
+                LoadAction::At { force: own, moment: turning, .. } => {
+                    force = force.max(own.norm() * factor.abs());
+                    moment = moment.max(turning.norm() * factor.abs());
+                }
+                LoadAction::Along { spans, force: own } => {
+                    let of = |span: &NodeRange| {
+                        let branch = &network.branches[span.branch];
+                        let lengths = &branch.rod.mesh().rest_lengths[span.nodes.start..span.nodes.end - 1];
+                        own.largest(branch.section.diameter) * lengths.iter().sum::<f64>()
+                    };
+                    force = spans.iter().map(|span| of(span) * factor.abs()).fold(force, f64::max);
+                }
+            }
         }
         force = force.max(stiffness / (length * length));
         force = conditions.contact.records.iter().map(|record| record.multiplier).fold(force, f64::max);

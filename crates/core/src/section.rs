@@ -27,6 +27,11 @@ pub struct Section {
     pub max_tension: Option<f64>,
     /// Largest twist allowed beyond that at rest, either way, rad/m.
     pub max_torsion: Option<f64>,
+    /// Axial strain without force per change of temperature, 1/K.
+    pub thermal_expansion: f64,
+    /// Curvature about d1 and d2, and twist, without moment per change of temperature, 1/(m K): layers that expand
+    /// differently.
+    pub thermal_curvature: crate::Vector,
     /// Friction within the section, beside its elastic stiffness.
     pub friction: SectionFriction,
     /// Part of the bending stiffness that yields, if bends beyond a limit are permanent: the section then has linear
@@ -91,6 +96,16 @@ impl Section {
     pub fn slipping(&self) -> SectionFriction {
         let SectionFriction { bending, torsion } = &self.friction;
         SectionFriction { bending: bending.iter().copied().chain(self.set).collect(), torsion: torsion.clone() }
+    }
+
+    /// Whether it expands or bends with the temperature.
+    pub fn feels_temperature(&self) -> bool {
+        self.thermal_expansion != 0.0 || self.bends_with_temperature()
+    }
+
+    /// Whether it bends with the temperature.
+    pub fn bends_with_temperature(&self) -> bool {
+        self.thermal_curvature != crate::Vector::zeros()
     }
 
     /// Whether it keeps a set: something in it slips or yields.

@@ -104,6 +104,7 @@ impl State {
             frames: &self.frames[b.frames.clone()],
             rest_lengths: &self.rest_lengths[b.points.start..b.points.end - 1],
             coupling_lengths: &self.coupling_lengths[b.frames.start..b.frames.end - 1],
+            free_strain: 0.0,
             extra_curvature: &[],
             memory: &[],
         }

@@ -1,5 +1,6 @@
 //! Assembly operations, with names resolved to indices of the network.
 
+use crate::conditions::RotatingAxes;
 use crate::rotation::{columns, shortest};
 use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
@@ -229,6 +230,8 @@ pub struct Step {
     pub increments: usize,
     /// Gravity reached at the end of the step, m/s².
     pub gravity: Option<Vector>,
+    /// Angular velocity of the axes reached at the end of the step, rad/s.
+    pub angular_velocity: Option<Vector>,
     /// Constraints that begin with this step.
     pub add: Vec<usize>,
     /// Constraints that end with this step.
@@ -241,6 +244,8 @@ pub struct Step {
     pub operations: Vec<Operation>,
     /// Load index and the factor reached at the end of the step.
     pub loads: Vec<(usize, f64)>,
+    /// Branch index and the temperature reached at the end of the step, less that of its rest shape, K.
+    pub temperatures: Vec<(usize, f64)>,
 }
 
 /// Initial placement of the rest shape: the start of this branch has this pose.
@@ -259,6 +264,8 @@ pub struct Schedule {
     pub scenario: String,
     /// Gravity at the start of the run, m/s².
     pub gravity: Vector,
+    /// Rotation of the axes at the start of the run.
+    pub rotation: RotatingAxes,
     /// Initial placement of the rest shape; `None`: the start is found from the drawn paths or the constraints.
     pub initial: Option<Initial>,
     /// The steps; empty: one equilibrium.

@@ -12,7 +12,8 @@ use nalgebra::{DMatrix, DVector};
 use wireloom_core::conditions::{Conditions, ContactRecord, Sliding, System};
 use wireloom_core::constraint::Limits;
 use wireloom_core::equilibrium::Energy;
-use wireloom_core::network::{ConstraintPlan, NodeRange, Place};
+use wireloom_core::load::LoadAction;
+use wireloom_core::network::{ConstraintPlan, Load, NodeRange, Place};
 use wireloom_core::registry::MinimiserKind;
 use wireloom_core::rod::BranchHessian;
 use wireloom_core::rotation::{frame_from, skew, turned};
@@ -398,10 +399,11 @@ impl Term for Rods<'_> {
 fn rods() {
     let network = network("cosserat");
     let (state, conditions) = (shaken(&network), conditions(&network));
-    let mut rods = Rods(System { network: &network, conditions: &conditions }, RodTerm::new(&network));
+    let system = System { network: &network, conditions: &conditions };
+    let mut rods = Rods(system, RodTerm::new(&network));
     check("rods", &network, &state, &mut rods);
-    rods.1.hold_drawn_shape(&network, &state);
-    rods.1.set_drawn_fraction(0.5);
+    rods.1.hold_drawn_shape(system, &state);
+    rods.1.set_drawn_fraction(system, 0.5);
     check("rods with added rest curvature", &network, &state, &mut rods);
 }
 
@@ -663,7 +665,11 @@ fn loads_and_gravity() {
     // The weight of the whole harness, and the forces of the loads.
     let density = |b: &wireloom_core::network::Branch| b.section.linear_density * b.rod.mesh().length();
     let weight = conditions.gravity * network.branches.iter().map(density).sum::<f64>();
-    let pull: Vector = network.loads.iter().map(|load| load.force).sum();
+    let force = |load: &Load| match &load.action {
+        LoadAction::At { force, .. } => *force,
+        LoadAction::Along { .. } => panic!("loads of this harness act at places"),
+    };
+    let pull: Vector = network.loads.iter().map(force).sum();
     let sum: Vector = gradient.points.iter().sum();
     assert!(
         (sum + weight + pull).norm() < ROUND_OFF * magnitude.max(weight.norm()),
@@ -672,10 +678,10 @@ fn loads_and_gravity() {
     assert_near("energy of loads", loads.energy(system, &state), -pull.dot(&end_point(&network, &state)), ROUND_OFF);
 
     // ∂/∂θ of −(R exp(θ))ᵀ M is −[Rᵀ M]ₓ: antisymmetric.
-    let (frame, moment) = loads.moments()[0];
+    let (frame, moment) = loads.moments().next().expect("a dead moment");
     let of = |state: &State| {
         let mut gradient = Tangent::zeros(&network);
-        loads.moment_gradient(state, &mut gradient);
+        loads.add_without_potential(state, &mut gradient);
         gradient
     };
     let m = state.frames[frame].inverse_transform_vector(&moment);
@@ -687,7 +693,8 @@ fn loads_and_gravity() {
         assert!((0..3).all(|i| (column[i] - want[i]).abs() < 1e-10 * m.norm()), "{column} and {want}");
         let mut step = Tangent::zeros(&network);
         step.frames[frame][k] = 1.0;
-        assert_near("work of the moment", loads.moment_work(&state, &step, 2.0), 2.0 * m[k], ROUND_OFF * m.norm());
+        let work = loads.work_without_potential(&state, &step, 2.0);
+        assert_near("work of the moment", work, 2.0 * m[k], ROUND_OFF * m.norm());
     }
 }
 
@@ -815,7 +822,7 @@ fn the_problem_is_the_sum_of_its_terms() {
         let mut dead = 0.0;
         total += add(&mut |own| {
             loads.force_gradient(&state, own, &mut dead, &mut 0.0);
-            loads.moment_gradient(&state, own);
+            loads.add_without_potential(&state, own);
             gravity::moving_weights(system, &state, |point, force| {
                 own.points[point] -= force;
                 dead -= force.dot(&state.points[point]);

@@ -82,8 +82,14 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
     if let Some(obstacle) = network.obstacles.first() {
         return refused(format!("contact with body `{}`", obstacle.name));
     }
-    match network.dead_moment() {
-        Some(load) => refused(format!("load `{}`, a dead moment,", load.name)),
+    if network.rotates {
+        return refused("axes that rotate".to_owned());
+    }
+    if let Some(branch) = network.branches.iter().find(|branch| branch.section.thermal_expansion != 0.0) {
+        return refused(format!("branch `{}`, which expands with the temperature,", branch.name));
+    }
+    match network.load_without_potential() {
+        Some((load, why)) => refused(format!("load `{}`, which {why},", load.name)),
         None => Ok(()),
     }
 }

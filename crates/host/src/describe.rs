@@ -254,6 +254,11 @@ fn quantity(plain: i32) -> Option<Quantity> {
         abi::QUANTITY_ACCELERATION => Quantity::Acceleration,
         abi::QUANTITY_PRESSURE => Quantity::Pressure,
         abi::QUANTITY_DENSITY => Quantity::Density,
+        abi::QUANTITY_VELOCITY => Quantity::Velocity,
+        abi::QUANTITY_TEMPERATURE => Quantity::Temperature,
+        abi::QUANTITY_THERMAL_EXPANSION => Quantity::ThermalExpansion,
+        abi::QUANTITY_THERMAL_CURVATURE => Quantity::ThermalCurvature,
+        abi::QUANTITY_ANGULAR_SPEED => Quantity::AngularSpeed,
         _ => return None,
     })
 }

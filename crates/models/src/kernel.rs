@@ -28,10 +28,11 @@ impl SegmentStiffness {
     }
 }
 
-/// Stretch and shear of one segment: `Γ = Rᵀ e/ℓ − e3`, `E = ½ ℓ Γᵀ C Γ`, `C = diag(GA1, GA2, EA)`; see
-/// [`SegmentStiffness`] for edges that are overturned.
+/// Stretch and shear of one segment: `Γ = Rᵀ e/ℓ − (1 + ε) e3`, `E = ½ ℓ Γᵀ C Γ`, `C = diag(GA1, GA2, EA)`, with ε the
+/// stretch without force ([`wireloom_core::BranchShape::free_strain`]); see [`SegmentStiffness`] for edges that are
+/// overturned.
 ///
-/// `v = Γ + e3`, `n = C Γ` (N, body frame).
+/// `v = Rᵀ e/ℓ`, `n = C Γ` (N, body frame).
 pub struct StretchShear {
     /// R(q).
     pub r: Matrix,
@@ -43,24 +44,27 @@ pub struct StretchShear {
     pub c: Vector,
     /// Part of it that belongs to frame B.
     beyond: f64,
+    /// 1 + ε.
+    free: f64,
 }
 
 impl StretchShear {
-    /// At edge `e` (m) and frame `q`, for rest length `l` (m).
+    /// At edge `e` (m) and frame `q`, for rest length `l` (m) and free strain ε.
     #[inline(always)]
-    pub fn new(e: &Vector, q: &Rotation, l: f64, stiffness: &SegmentStiffness) -> Self {
+    pub fn new(e: &Vector, q: &Rotation, [l, free_strain]: [f64; 2], stiffness: &SegmentStiffness) -> Self {
         let r = rotation_matrix(q);
         let v = r.tr_mul(e) * (1.0 / l);
         let (c, beyond) = stiffness.at(&v);
-        let n = Vector::new(c.x * v.x, c.y * v.y, stiffness.c.z * (v.z - 1.0) + beyond * v.z);
-        Self { r, v, n, c, beyond }
+        let free = 1.0 + free_strain;
+        let n = Vector::new(c.x * v.x, c.y * v.y, stiffness.c.z * (v.z - free) + beyond * v.z);
+        Self { r, v, n, c, beyond, free }
     }
 
     /// (shear, stretch) energy, J.
     #[inline(always)]
     pub fn energy(&self, l: f64) -> (f64, f64) {
         let (n, v) = (&self.n, &self.v);
-        (0.5 * l * (n.x * v.x + n.y * v.y), 0.5 * l * (n.z * (v.z - 1.0) + self.beyond * v.z))
+        (0.5 * l * (n.x * v.x + n.y * v.y), 0.5 * l * (n.z * (v.z - self.free) + self.beyond * v.z))
     }
 
     /// `(∂E/∂e, ∂E/∂θ) = (R n, ℓ n × v)`.
@@ -69,9 +73,10 @@ impl StretchShear {
         (self.r * self.n, self.n.cross(&self.v) * l)
     }
 
-    /// `[∂E/∂ℓ, ∂²E/∂ℓ²]` with e and q fixed, where `v = Rᵀ e/ℓ` goes with 1/ℓ: `½ (EA − vᵀ C v)` and `vᵀ C v/ℓ`.
+    /// `[∂E/∂ℓ, ∂²E/∂ℓ²]` with e and q fixed, where `v = Rᵀ e/ℓ` goes with 1/ℓ: `½ (EA (1 + ε)² − vᵀ C v)` and
+    /// `vᵀ C v/ℓ`.
     pub fn length_terms(&self, l: f64) -> [f64; 2] {
-        stretch_length_terms(&self.v, l, &self.c, self.beyond)
+        stretch_length_terms(&self.v, self.free, l, &self.c, self.beyond)
     }
 
     /// The law whose gradient is the derivative of the gradient in ℓ: that with `∂n/∂ℓ = −C v/ℓ` in place of n.
@@ -250,10 +255,10 @@ impl BendTwist {
     }
 }
 
-/// The same of a segment at v: `[½ (EA − vᵀ C v), vᵀ C v/ℓ]`, EA being C3 but for what lies beyond it.
-fn stretch_length_terms(v: &Vector, l: f64, c: &Vector, beyond: f64) -> [f64; 2] {
-    let [first, second] = length_terms(v, &Vector::z(), l, c);
-    [first - 0.5 * beyond, second]
+/// The same of a segment at v: `[½ (EA (1 + ε)² − vᵀ C v), vᵀ C v/ℓ]`, EA being C3 but for what lies beyond it.
+fn stretch_length_terms(v: &Vector, free: f64, l: f64, c: &Vector, beyond: f64) -> [f64; 2] {
+    let [first, second] = length_terms(v, &(Vector::z() * free), l, c);
+    [first - 0.5 * beyond * (free * free), second]
 }
 
 /// `[½ (e°ᵀ C e° − eᵀ C e), eᵀ C e/ℓ]`: derivatives in ℓ of `½ ℓ (e−e°)ᵀ C (e−e°)` where e goes with 1/ℓ.
@@ -295,9 +300,9 @@ impl Geometric {
 
 /// Stretch and shear of a segment beside a station (or between two).
 ///
-/// The segment's tangent is blended with the station's: `Γ = v + v × φ − e3` with `φ = Σ 2 β Re(r) Im(r)`, `r = q̄ Q`,
-/// over the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth for any
-/// turn). To leading order the plain staggered scheme differs from the rod by the functional
+/// The segment's tangent is blended with the station's: `Γ = v + v × φ − (1 + ε) e3` with `φ = Σ 2 β Re(r) Im(r)`,
+/// `r = q̄ Q`, over the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth
+/// for any turn). To leading order the plain staggered scheme differs from the rod by the functional
 /// `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead loads aside). β = 1/12 takes
 /// out its boundary term, which is the larger part; with β = 1/8 what is then left at the boundary works against the
 /// integral too, and the error of clamped, hanging and branched references is least. At a station within a branch the
@@ -316,6 +321,8 @@ pub struct BlendedStretchShear {
     beyond: f64,
     /// Γ.
     gamma: Vector,
+    /// (1 + ε) e3.
+    free: Vector,
     /// φ.
     phi: Vector,
     /// Of each station β and (w, Im) of q̄ Q.
@@ -328,12 +335,13 @@ pub const END_BLEND: f64 = 1.0 / 8.0;
 pub const INNER_BLEND: f64 = 3.0 / 16.0;
 
 impl BlendedStretchShear {
-    /// At edge `e` (m) and frame `q` beside stations, each with its frame and β, for rest length `l` (m).
+    /// At edge `e` (m) and frame `q` beside stations, each with its frame and β, for rest length `l` (m) and free
+    /// strain ε.
     pub fn new(
         e: &Vector,
         q: &Rotation,
         stations: [Option<(&Rotation, f64)>; 2],
-        l: f64,
+        [l, free_strain]: [f64; 2],
         stiffness: &SegmentStiffness,
     ) -> Self {
         let r = rotation_matrix(q);
@@ -347,15 +355,16 @@ impl BlendedStretchShear {
         let phi = turns.iter().flatten().map(|(blend, w, v)| v * (2.0 * blend * w)).sum();
         let u = v + v.cross(&phi);
         let (c, beyond) = stiffness.at(&u);
-        let gamma = u - Vector::z();
+        let free = Vector::z() * (1.0 + free_strain);
+        let gamma = u - free;
         let n = stiffness.c.component_mul(&gamma) + Vector::z() * (beyond * u.z);
-        Self { r, v, n, c, beyond, gamma, phi, turns }
+        Self { r, v, n, c, beyond, gamma, free, phi, turns }
     }
 
     /// (shear, stretch) energy, J.
     pub fn energy(&self, l: f64) -> (f64, f64) {
         let (n, g) = (&self.n, &self.gamma);
-        (0.5 * l * (n.x * g.x + n.y * g.y), 0.5 * l * (n.z * g.z + self.beyond * (g.z + 1.0)))
+        (0.5 * l * (n.x * g.x + n.y * g.y), 0.5 * l * (n.z * g.z + self.beyond * (g.z + self.free.z)))
     }
 
     /// `n′ = n + φ × n`, the force conjugate to v.
@@ -363,14 +372,14 @@ impl BlendedStretchShear {
         n + self.phi.cross(n)
     }
 
-    /// As [`StretchShear::length_terms`], with `Γ + e3` in place of v.
+    /// As [`StretchShear::length_terms`], with `Γ + (1 + ε) e3` in place of v.
     pub fn length_terms(&self, l: f64) -> [f64; 2] {
-        stretch_length_terms(&(self.gamma + Vector::z()), l, &self.c, self.beyond)
+        stretch_length_terms(&(self.gamma + self.free), self.free.z, l, &self.c, self.beyond)
     }
 
     /// As [`StretchShear::per_length`].
     pub fn per_length(self, l: f64) -> Self {
-        Self { n: self.c.component_mul(&(self.gamma + Vector::z())) / -l, ..self }
+        Self { n: self.c.component_mul(&(self.gamma + self.free)) / -l, ..self }
     }
 
     /// World force on the edge, `R n′`, N.

@@ -111,6 +111,7 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
             frames: &turns,
             rest_lengths: &mesh.rest_lengths,
             coupling_lengths: &mesh.coupling_lengths,
+            free_strain: 0.0,
             extra_curvature: &[],
             memory: &[],
         };

@@ -54,6 +54,7 @@ impl Coupling {
             frames: &frames,
             rest_lengths: &[LAMBDA; 2],
             coupling_lengths: &[LAMBDA],
+            free_strain: 0.0,
             extra_curvature: &[],
             memory: &self.memory,
         };

@@ -152,6 +152,11 @@ fn abi_quantity(quantity: Quantity) -> i32 {
         Quantity::Acceleration => abi::QUANTITY_ACCELERATION,
         Quantity::Pressure => abi::QUANTITY_PRESSURE,
         Quantity::Density => abi::QUANTITY_DENSITY,
+        Quantity::Velocity => abi::QUANTITY_VELOCITY,
+        Quantity::Temperature => abi::QUANTITY_TEMPERATURE,
+        Quantity::ThermalExpansion => abi::QUANTITY_THERMAL_EXPANSION,
+        Quantity::ThermalCurvature => abi::QUANTITY_THERMAL_CURVATURE,
+        Quantity::AngularSpeed => abi::QUANTITY_ANGULAR_SPEED,
     }
 }
 

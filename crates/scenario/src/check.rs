@@ -4,4 +4,5 @@ pub(crate) mod conflicts;
 pub(crate) mod freedoms;
 pub(crate) mod friction;
 pub(crate) mod limits;
+pub(crate) mod temperature;
 mod timeline;

@@ -12,6 +12,7 @@ mod load;
 mod mate;
 mod moves;
 mod operation;
+mod temperature;
 
 pub(crate) use add::ADD;
 pub(crate) use carry::CARRY;
@@ -22,6 +23,7 @@ pub(crate) use operation::{Begins, StepOperation};
 use clip::CLIP;
 use load::LOAD;
 use mate::MATE;
+use temperature::TEMPERATURE;
 
 /// All step operations, in the order in which a step carries them out: constraints begin in this order, too.
-pub(crate) const OPERATIONS: [&StepOperation; 7] = [&ADD, &GRASP, &MOVE, &CARRY, &MATE, &CLIP, &LOAD];
+pub(crate) const OPERATIONS: [&StepOperation; 8] = [&ADD, &GRASP, &MOVE, &CARRY, &MATE, &CLIP, &LOAD, &TEMPERATURE];

@@ -5,8 +5,10 @@ use crate::bundle::Bundle;
 use crate::output::Output;
 use crate::span::{Span, Spans};
 use crate::sweep::Sweep;
+use wireloom_core::conditions::RotatingAxes;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
+use wireloom_core::load::LoadAction;
 use wireloom_core::obstacle::{ContactSettings, Obstacle};
 use wireloom_core::requirement::{Marker, Requirement};
 use wireloom_core::steps::{Initial, Step, Turn};
@@ -18,8 +20,10 @@ use wireloom_core::{HoldWord, Parameters, Rotation, Section, Stop, Vector};
 pub struct Scenario {
     /// Name, for results.
     pub name: String,
-    /// Gravity at the beginning, m/s².
+    /// Gravity at the beginning less the acceleration of the car, m/s².
     pub gravity: Vector,
+    /// Rotation of the axes at the beginning.
+    pub rotation: RotatingAxes,
     /// Sections, in the order of the file.
     pub sections: Vec<Section>,
     /// Results of the rule for the sections that have wires.
@@ -32,7 +36,7 @@ pub struct Scenario {
     pub joints: Vec<Joint>,
     /// Constraints: those that act from the beginning, then those that steps add.
     pub constraints: Vec<Constraint>,
-    /// Dead loads.
+    /// Loads.
     pub loads: Vec<Load>,
     /// Bodies that the harness may touch, in the order of the file.
     pub obstacles: Vec<Body>,
@@ -54,6 +58,14 @@ pub struct Scenario {
     pub sweep: Option<Sweep>,
     /// Output besides the result.
     pub output: Output,
+}
+
+impl Scenario {
+    /// Whether the axes rotate at some time.
+    pub fn rotates(&self) -> bool {
+        let speeds = self.steps.iter().filter_map(|step| step.angular_velocity);
+        std::iter::once(self.rotation.velocity).chain(speeds).any(|velocity| velocity != Vector::zeros())
+    }
 }
 
 /// Values of a section by the rule, from its wires. Measured values take precedence over them.
@@ -236,21 +248,29 @@ pub struct Required {
     pub spans: Spans,
 }
 
-/// A dead load.
+/// A load.
 #[derive(Clone, Debug)]
 pub struct Load {
     /// Name.
     pub name: String,
-    /// Place where it acts.
-    pub at: At,
-    /// Force, N, world axes.
-    pub force: Vector,
-    /// Moment, N m, world axes.
-    pub moment: Vector,
+    /// What it exerts, and where.
+    pub action: LoadAction<At, Stretch>,
     /// Factor at the beginning.
     pub factor: f64,
     /// Its place in the file.
     pub spans: Spans,
+}
+
+impl Load {
+    /// The place it acts at, or both ends of every part along which it acts.
+    pub fn places(&self) -> impl Iterator<Item = At> {
+        let (place, spans) = match &self.action {
+            LoadAction::At { place, .. } => (Some(*place), &[][..]),
+            LoadAction::Along { spans, .. } => (None, &spans[..]),
+        };
+        let ends = spans.iter().flat_map(|span| [span.from, span.to].map(|s| At::Branch { branch: span.branch, s }));
+        place.into_iter().chain(ends)
+    }
 }
 
 /// A body that the harness may touch. Its shape is made as it is read, once.

@@ -3,8 +3,8 @@
 
 pub mod assembly;
 pub mod border;
-pub mod dead_moments;
 pub mod elimination_tree;
 pub mod factor;
 pub mod matrix;
 pub mod symbolic;
+pub mod without_potential;

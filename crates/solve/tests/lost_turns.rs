@@ -31,6 +31,7 @@ fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usi
     let schedule = Schedule {
         scenario: "twisted".into(),
         gravity: Vector::new(0.0, 0.0, -gravity),
+        rotation: Default::default(),
         initial: None,
         steps: steps.map(step).into(),
         increments: true,

@@ -2,7 +2,9 @@
 //! rest add up to nothing.
 
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::{Network, Vector};
+use wireloom_core::load::LoadAction;
+use wireloom_core::network::LoadSite;
+use wireloom_core::{Network, Rotation, Vector};
 
 /// Resultant of all forces and moments that act on a harness.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,14 +30,32 @@ pub fn imbalance(network: &Network, gravity: &Vector, step: &StepResult) -> Imba
         acting.push((result.position, gravity * joint.mass, Vector::zeros()));
     }
     for load in &network.loads {
-        let of_branch =
-            network.branches.iter().zip(&step.branches).find(|(branch, _)| branch.points.contains(&load.point));
-        let of_joint = || network.joints.iter().zip(&step.joints).find(|(joint, _)| joint.point == load.point);
-        let at = of_branch
-            .map(|(branch, result)| result.position[load.point - branch.points.start])
-            .or_else(|| of_joint().map(|(_, result)| result.position))
-            .expect("a load acts on a node or a joint");
-        acting.push((at, load.force * load.factor, load.moment * load.factor));
+        match &load.action {
+            LoadAction::At { place: LoadSite { point, .. }, force, moment, follows } => {
+                let of_branch =
+                    network.branches.iter().zip(&step.branches).find(|(branch, _)| branch.points.contains(point));
+                let of_joint = || network.joints.iter().zip(&step.joints).find(|(joint, _)| joint.point == *point);
+                let (at, frame) = of_branch
+                    .map(|(branch, result)| (point - branch.points.start, result))
+                    .map(|(node, result)| (result.position[node], result.frame[node]))
+                    .or_else(|| of_joint().map(|(_, result)| (result.position, result.orientation)))
+                    .expect("a load acts on a node or a joint");
+                let turn = if *follows { frame } else { Rotation::identity() };
+                acting.push((at, turn * force * load.factor, turn * moment * load.factor));
+            }
+            LoadAction::Along { spans, force } => {
+                for span in spans {
+                    let (branch, result) = (&network.branches[span.branch], &step.branches[span.branch]);
+                    for j in span.nodes.start..span.nodes.end - 1 {
+                        let (a, b) = (result.frame[j], result.frame[j + 1]);
+                        let halfway = a * (a.inverse() * b).powf(0.5);
+                        let per_length = force.on(&halfway, branch.section.diameter) * load.factor;
+                        let at = (result.position[j] + result.position[j + 1]) * 0.5;
+                        acting.push((at, per_length * (result.s[j + 1] - result.s[j]), Vector::zeros()));
+                    }
+                }
+            }
+        }
     }
     for constraint in &step.constraints {
         if constraint.stations.is_empty() {

@@ -34,8 +34,9 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
                 phi += im * (2.0 * law.blends[usize::from(!end)] * w);
             }
         }
-        let gamma = v + v.cross(&phi) - Vector::z();
-        let overturned = (gamma.z + 1.0).min(0.0);
+        let blended = v + v.cross(&phi);
+        let gamma = blended - Vector::z() * (1.0 + shape.free_strain);
+        let overturned = blended.z.min(0.0);
         let stiff = gamma.dot(&segment.stiffness.component_mul(&gamma));
         energy += 0.5 * l * (stiff + segment.overturned * overturned * overturned);
     }

@@ -71,6 +71,8 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
         min_bend_radius_moving: None,
         max_tension: None,
         max_torsion: None,
+        thermal_expansion: 0.0,
+        thermal_curvature: Vector::zeros(),
         friction: Default::default(),
         set: None,
     }
@@ -337,6 +339,7 @@ pub fn schedule() -> Schedule {
     Schedule {
         scenario: String::new(),
         gravity: Vector::new(0.0, 0.0, -9.81),
+        rotation: Default::default(),
         initial: Some(Initial { branch: 0, pose: Pose { position: Vector::zeros(), orientation } }),
         steps: vec![],
         increments: false,

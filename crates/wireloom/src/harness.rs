@@ -15,8 +15,10 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
+pub use wireloom_core::load::{Flow, LineForce, LoadAction};
 pub use wireloom_core::network::{
-    AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, Network, Place, Site, Span,
+    AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, LoadSite, Network, Place, Site,
+    Span,
 };
 pub use wireloom_core::obstacle::{Obstacle, Shape, ShapeFile, Surface};
 pub use wireloom_core::rod::Mesh;

@@ -4,7 +4,7 @@
 
 use crate::conditions::{RodState, System};
 use crate::equilibrium::Energy;
-use crate::network::WORTHWHILE;
+use crate::network::{Branch, WORTHWHILE};
 use crate::rod::{BranchHessian, BranchShape};
 use crate::{Matrix, Network, State, Tangent, Vector};
 
@@ -13,7 +13,10 @@ pub struct RodTerm {
     /// Difference of the drawn curvature and the rest curvature, indexed by the first frame of each coupling, 1/m;
     /// empty if the drawn shape is not held.
     drawn: Vec<Vector>,
-    /// Part of it that is added to the rest curvature, 1/m.
+    /// Fraction of it that is added to the rest curvature.
+    drawn_fraction: f64,
+    /// Curvature added to the rest curvature, indexed as `drawn`, 1/m: of the drawn shape and by temperature; empty if
+    /// there is neither.
     extra_curvature: Vec<Vector>,
     /// Energies of the branches, J.
     energies: Vec<f64>,
@@ -22,7 +25,28 @@ pub struct RodTerm {
 impl RodTerm {
     /// Term of the rods of a network, with their own rest curvature.
     pub fn new(network: &Network) -> Self {
-        Self { drawn: Vec::new(), extra_curvature: Vec::new(), energies: vec![0.0; network.branches.len()] }
+        Self {
+            drawn: Vec::new(),
+            drawn_fraction: 0.0,
+            extra_curvature: Vec::new(),
+            energies: vec![0.0; network.branches.len()],
+        }
+    }
+
+    /// Recomputes the curvature added to the rest curvature, after a change of the conditions or of the fraction of the
+    /// drawn curvature.
+    pub fn update(&mut self, system: System<'_>) {
+        let bends = |(branch, change): (&Branch, &f64)| *change != 0.0 && branch.section.bends_with_temperature();
+        let with_temperatures = || system.network.branches.iter().zip(&system.conditions.temperatures);
+        self.extra_curvature.clear();
+        self.extra_curvature.extend(self.drawn.iter().map(|drawn| drawn * self.drawn_fraction));
+        if with_temperatures().any(bends) {
+            self.extra_curvature.resize(system.network.frames, Vector::zeros());
+            for (branch, change) in with_temperatures().filter(|pair| bends(*pair)) {
+                let bent = branch.section.thermal_curvature * *change;
+                self.extra_curvature[branch.frames.clone()].iter_mut().for_each(|extra| *extra += bent);
+            }
+        }
     }
 
     /// Curvature added to the rest curvature, indexed by the first frame of each coupling, 1/m; empty: none.
@@ -32,7 +56,8 @@ impl RodTerm {
 
     /// Uses the curvature and twist of the branches at `state` as their rest curvature, until
     /// [`Self::set_drawn_fraction`] removes it: a continuation from the drawn shape to the equilibrium.
-    pub fn hold_drawn_shape(&mut self, network: &Network, state: &State) {
+    pub fn hold_drawn_shape(&mut self, system: System<'_>, state: &State) {
+        let network = system.network;
         self.drawn = vec![Vector::zeros(); network.frames];
         for branch in &network.branches {
             for c in 0..branch.rod.mesh().coupling_lengths.len() {
@@ -43,18 +68,16 @@ impl RodTerm {
                 self.drawn[branch.frames.start + c] = (now - rest) / *lambda;
             }
         }
-        self.extra_curvature.clone_from(&self.drawn);
+        self.set_drawn_fraction(system, 1.0);
     }
 
     /// Sets the fraction, 1 to 0, of the drawn curvature that is added to the rest curvature; at 0 it is discarded.
-    pub fn set_drawn_fraction(&mut self, fraction: f64) {
+    pub fn set_drawn_fraction(&mut self, system: System<'_>, fraction: f64) {
         if fraction == 0.0 {
             self.drawn.clear();
-            self.extra_curvature.clear();
         }
-        for (extra, drawn) in self.extra_curvature.iter_mut().zip(&self.drawn) {
-            *extra = drawn * fraction;
-        }
+        self.drawn_fraction = fraction;
+        self.update(system);
     }
 
     /// Shape of one branch.
@@ -62,6 +85,8 @@ impl RodTerm {
     pub fn shape<'s>(&'s self, system: System<'s>, state: &'s State, branch: usize) -> BranchShape<'s> {
         let frames = system.network.branches[branch].frames.clone();
         BranchShape {
+            free_strain: system.network.branches[branch].section.thermal_expansion
+                * system.conditions.temperatures[branch],
             extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
             memory: &system.conditions.rods[branch].memory,
             ..state.branch(system.network, branch)

@@ -9,7 +9,7 @@
 //! vanishes (Bigoni, Dal Corso, Bosi, Misseroni 2015: the "Eshelby-like" force of a sliding sleeve; for a ring it makes
 //! the tensions equal).
 
-use super::gravity::weights;
+use super::gravity::{masses, weights};
 use super::rods::RodTerm;
 use crate::conditions::{Sliding, System};
 use crate::equilibrium::{SlideMotion, SlideResult};
@@ -293,6 +293,10 @@ impl SlidingTerm {
                 |rates: &[f64], terms: &[[f64; 2]]| -> f64 { rates.iter().zip(terms).map(|(r, t)| r * t[0]).sum() };
             let mut g = sum(a, segments) + sum(b, couplings);
             weights(system, slide.branch, a, |point, force| g -= force.dot(&state.points[point]));
+            let rotation = &system.conditions.rotation;
+            if rotation.is_moving() {
+                masses(system, slide.branch, a, |point, mass| g += mass * rotation.potential(&state.points[point]));
+            }
             if let Sliding::Running { force } = system.conditions.sliding[slide.index] {
                 g += force;
                 if force != 0.0 {
@@ -350,6 +354,10 @@ impl SlidingTerm {
                 &mut mixed.frames[branch.frames.clone()],
             );
             weights(system, slide.branch, a, |point, force| mixed.points[point] -= force);
+            let rotation = &system.conditions.rotation;
+            if rotation.is_moving() {
+                masses(system, slide.branch, a, |i, mass| mixed.points[i] -= rotation.pull(&state.points[i]) * mass);
+            }
             system.network.pull_back(state, mixed);
             for (column, &other) in
                 running.iter().enumerate().filter(|(_, other)| self.slides[**other].branch == slide.branch)

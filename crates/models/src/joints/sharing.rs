@@ -148,6 +148,8 @@ mod tests {
             min_bend_radius_moving: None,
             max_tension: None,
             max_torsion: None,
+            thermal_expansion: 0.0,
+            thermal_curvature: Vector::zeros(),
             friction: Default::default(),
             set: None,
         };

@@ -51,7 +51,7 @@ impl StaggeredRod {
     #[inline(always)]
     fn segment(&self, shape: &BranchShape<'_>, j: usize) -> StretchShear {
         let q = &shape.frames[self.mesh.segment_frames[j]];
-        StretchShear::new(&shape.edge(j), q, shape.rest_lengths[j], &self.stiffness.segments[j])
+        StretchShear::new(&shape.edge(j), q, [shape.rest_lengths[j], shape.free_strain], &self.stiffness.segments[j])
     }
 
     fn blended(&self, shape: &BranchShape<'_>, beside: &Beside) -> BlendedStretchShear {
@@ -61,7 +61,8 @@ impl StaggeredRod {
         let [end_blend, inner_blend] = self.stiffness.blends;
         let blend = |c: usize| if end(c) { end_blend } else { inner_blend };
         let stations = beside.stations.map(|station| station.map(|c| (&shape.frames[c], blend(c))));
-        BlendedStretchShear::new(&shape.edge(j), q, stations, shape.rest_lengths[j], &self.stiffness.segments[j])
+        let length = [shape.rest_lengths[j], shape.free_strain];
+        BlendedStretchShear::new(&shape.edge(j), q, stations, length, &self.stiffness.segments[j])
     }
 
     /// κ° (1/m) and C of a coupling (N m²), for rods of which all couplings are alike.

@@ -1,8 +1,9 @@
 //! The mesh: divides branches into segments such that everything attaches to a node.
 
 use crate::attachment::{At, Stretch};
-use crate::scenario::{Branch, Division, Scenario};
+use crate::scenario::{Branch, Division, Load, Scenario};
 use std::collections::BTreeSet;
+use wireloom_core::load::LoadAction;
 use wireloom_core::network::{NodeRange, Place};
 
 /// Attachments closer than this, relative to the branch, share a node.
@@ -36,7 +37,7 @@ impl Layout {
     /// Divides all branches of a scenario; `coarser` segments of the scenario become one.
     pub fn new(scenario: &Scenario, coarser: usize) -> Self {
         let of_constraints = scenario.constraints.iter().flat_map(|constraint| constraint.places());
-        let places = of_constraints.chain(scenario.loads.iter().map(|load| load.at));
+        let places = of_constraints.chain(scenario.loads.iter().flat_map(Load::places));
         let attachments = by_branch(scenario, places);
         let sliding = scenario.constraints.iter().filter(|constraint| constraint.slide.is_some());
         let sliding = by_branch(scenario, sliding.map(|constraint| constraint.place()));
@@ -48,7 +49,10 @@ impl Layout {
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
-        let of_loads = scenario.loads.iter().map(|load| load.at);
+        let of_loads = scenario.loads.iter().filter_map(|load| match load.action {
+            LoadAction::At { place, .. } => Some(place),
+            LoadAction::Along { .. } => None,
+        });
         for at in scenario.constraints.iter().flat_map(|constraint| constraint.at.iter().copied()).chain(of_loads) {
             if let Place::Node { branch, node } = layout.place(at) {
                 layout.stations[branch].insert(node);

@@ -11,6 +11,7 @@ use nalgebra::Unit;
 use wireloom_core::constraint::{Action, ConstraintSpec, RotationHold, SpanSpec, StationSpec};
 use wireloom_core::joint::{JointSpec, Mounting};
 use wireloom_core::law::TurningLaw;
+use wireloom_core::load::LoadAction;
 use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, LoadPlan};
 use wireloom_core::registry::{BuildError, Factory, Parameters};
 use wireloom_core::rod::{Mesh, RodSpec};
@@ -73,6 +74,7 @@ impl Scenario {
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
         let mut network = self.among_obstacles(Network::new(branches, joints, constraints, self.load_plans(&layout)));
+        notes.extend(network.loads.iter().filter_map(note_on_load));
         network.requirements = requirements::requirements(self, &network);
         network.markers.clone_from(&self.markers);
         self.refuse_turns_without_effect(&network, &mut faults);
@@ -86,6 +88,7 @@ impl Scenario {
         let schedule = Schedule {
             scenario: self.name.clone(),
             gravity: self.gravity,
+            rotation: self.rotation,
             initial: self.initial,
             steps: self.steps.clone(),
             increments: self.output.increments,
@@ -145,7 +148,7 @@ impl Scenario {
     /// The harness with its obstacles and settings of contact.
     fn among_obstacles(&self, network: Network) -> Network {
         let obstacles = self.obstacles.iter().map(|body| body.obstacle.clone()).collect();
-        Network { obstacles, contact: self.contact, ..network }
+        Network { obstacles, contact: self.contact, rotates: self.rotates(), ..network }
     }
 
     /// Joint models with their specifications; `None` if one could not be built.
@@ -287,9 +290,7 @@ impl Scenario {
     fn load_plans(&self, layout: &Layout) -> Vec<LoadPlan> {
         let plan = |load: &Load| LoadPlan {
             name: load.name.clone(),
-            place: layout.place(load.at),
-            force: load.force,
-            moment: load.moment,
+            action: load.action.map(|&at| layout.place(at), |span| layout.span(span)),
             factor: load.factor,
         };
         self.loads.iter().map(plan).collect()
@@ -312,6 +313,19 @@ impl Scenario {
     fn notes_on_sections(&self) -> Vec<String> {
         self.by_rule.iter().map(|by_rule| notes::note(by_rule, &self.sections[by_rule.section])).collect()
     }
+}
+
+/// What a user of a follower or a flow must know of its equilibria.
+fn note_on_load(load: &wireloom_core::network::Load) -> Option<String> {
+    if matches!(load.action, LoadAction::At { follows: false, .. }) {
+        return None;
+    }
+    let why = load.without_potential()?;
+    Some(format!(
+        "load \"{}\" {why}, which has no potential: an equilibrium under it is no minimum of an energy, and whether it \
+         is stable is told only where it certainly diverges",
+        load.name
+    ))
 }
 
 /// Calls a factory; `None`, with a fault at the key that it names, if it refuses.

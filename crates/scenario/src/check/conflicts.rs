@@ -6,6 +6,8 @@ use crate::fault::Fault;
 use crate::scenario::{Facing, Scenario};
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::constraint::Hold;
+use wireloom_core::load::LoadAction;
+use wireloom_core::network::Load;
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::{Move, Turn};
 use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
@@ -42,16 +44,33 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
     faults.extend(refuse_bad_slides(scenario, network));
     faults.extend(refuse_bad_shapes(scenario, network));
     for (own, load) in scenario.loads.iter().zip(&network.loads) {
-        if own.moment != Vector::zeros() && load.site.frame.is_none() {
-            faults.push(Fault {
-                span: own.spans.of(Some("moment")),
-                message: format!(
-                    "load \"{}\" has a moment at joint {}, which has no frame",
-                    own.name,
-                    joint_name(network, load.site.point),
-                ),
-                help: "attach it further along a branch, or use a joint model with a body".to_owned(),
-            });
+        let mut refuse = |key: &str, message: String, help: &str| {
+            faults.push(Fault { span: own.spans.of(Some(key)), message, help: help.to_owned() });
+        };
+        match &load.action {
+            LoadAction::At { place, moment, follows, .. } if place.site.frame.is_none() => {
+                let (joint, help) = (
+                    joint_name(network, place.site.point),
+                    "attach it further along a branch, or use a joint model with a body",
+                );
+                if *follows {
+                    refuse("follows", format!("load \"{}\" follows joint {joint}, which has no frame", own.name), help);
+                } else if *moment != Vector::zeros() {
+                    let message = format!("load \"{}\" has a moment at joint {joint}, which has no frame", own.name);
+                    refuse("moment", message, help);
+                }
+            }
+            LoadAction::At { .. } => {}
+            LoadAction::Along { spans, .. } => {
+                if let Some(span) = spans.iter().find(|span| network.branches[span.branch].mesh_moves) {
+                    let message = format!(
+                        "load \"{}\" acts along branch \"{}\", whose mesh moves along the cable",
+                        own.name, network.branches[span.branch].name
+                    );
+                    let help = "leave out the constraints that slide on that branch or close at its nearest place";
+                    refuse("span", message, help);
+                }
+            }
         }
     }
     faults
@@ -66,7 +85,9 @@ fn refuse_bad_slides(scenario: &Scenario, network: &Network) -> Vec<Fault> {
         }
         let others = network.constraints.iter().enumerate();
         let other = others.filter(|(k, _)| *k != index).find(|(_, other)| other.places.contains(&constraint.place));
-        let load = network.loads.iter().find(|load| load.point == constraint.site.point);
+        let acts_here =
+            |load: &&Load| matches!(&load.action, LoadAction::At { place, .. } if place.point == constraint.site.point);
+        let load = network.loads.iter().find(acts_here);
         let message = match (other, load) {
             (Some((_, other)), _) => {
                 format!(

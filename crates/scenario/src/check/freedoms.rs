@@ -89,7 +89,7 @@ fn refuse_piece(
         })
         .collect();
     let heavy = stage.gravity && has_mass(scenario, &branches);
-    let loaded = heavy || stage.loads.iter().any(|load| here(scenario.loads[*load].at));
+    let loaded = heavy || stage.loads.iter().any(|load| scenario.loads[*load].places().any(here));
     let (translations, rotations) = unopposed(&rows);
     let mut free = Vec::new();
     if !translations.is_empty() {

@@ -17,7 +17,7 @@ pub(crate) struct Stage<'s> {
     pub begins: Vec<usize>,
     /// Constraints that act in it.
     pub active: Vec<usize>,
-    /// Whether gravity acts at some time in it.
+    /// Whether gravity acts at some time in it, or the axes rotate at some time.
     pub gravity: bool,
     /// Loads that act at some time in it.
     pub loads: Vec<usize>,
@@ -29,12 +29,13 @@ pub(crate) fn stages(scenario: &Scenario) -> Vec<Stage<'_>> {
     let mut active: Vec<usize> =
         (0..scenario.constraints.len()).filter(|c| scenario.constraints[*c].from_start).collect();
     let mut gravity = scenario.gravity;
+    let rotates = scenario.rotates();
     let mut factors: Vec<f64> = scenario.loads.iter().map(|load| load.factor).collect();
     let mut all = Vec::new();
     let first = Step::default();
     let mut stage = |label, span, begins: Vec<usize>, active: &[usize], step, ahead: &Step| {
         let mut acting: Vec<bool> = factors.iter().map(|factor| *factor != 0.0).collect();
-        let mut pulls = gravity != Vector::zeros();
+        let mut pulls = gravity != Vector::zeros() || rotates;
         for (load, factor) in &ahead.loads {
             factors[*load] = *factor;
             acting[*load] |= *factor != 0.0;

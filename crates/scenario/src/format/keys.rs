@@ -21,7 +21,7 @@ pub(crate) use surroundings::OBSTACLE;
 use super::form::{Form, Keys, may, must};
 use crate::output::OUTPUT;
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
-use run::{INITIAL, MESH, PLUGINS};
+use run::{INITIAL, MESH, PLUGINS, ROTATION};
 use steps::STEP;
 use surroundings::CONTACT;
 use sweep::SWEEP;
@@ -34,6 +34,13 @@ pub(crate) const SCENARIO: Keys = Keys {
         must("schema", Form::Version, "version of the format; 1 is the only one so far"),
         may("name", Form::Name, "name of the scenario, for results; default \"harness\""),
         may("gravity", Form::Vector(Quantity::Acceleration), "gravity at the beginning; default [0, 0, -9.81]"),
+        may(
+            "acceleration",
+            Form::Vector(Quantity::Acceleration),
+            "acceleration of the car at the beginning, to which everything is fixed: it acts as gravity against it; \
+             default 0",
+        ),
+        may("rotation", Form::Table(&ROTATION), "rotation of the axes in which everything is described: a rotor's"),
         must("sections", Form::Named(&SECTION), "sections of branches, by name"),
         MATERIALS,
         WIRE_TYPES,
@@ -44,7 +51,7 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("joints", Form::Tables(&JOINT), "joints of branches: one for every vertex of two or more branches"),
         may("constraints", Form::Tables(&CONSTRAINT), "constraints that hold the harness from the beginning"),
         may("mesh", Form::Table(&MESH), "a mesh that is made as fine as the harness needs it"),
-        may("loads", Form::Tables(&LOAD), "dead loads"),
+        may("loads", Form::Tables(&LOAD), "forces and moments, forces along branches, wind and water"),
         may("initial", Form::Table(&INITIAL), "pose of the rest shape at the start; left out, a start is found"),
         may("minimiser", Form::Table(&MINIMISER), "the minimiser that finds equilibria"),
         may("steps", Form::Tables(&STEP), "assembly operations, in order; left out, the scenario is one equilibrium"),

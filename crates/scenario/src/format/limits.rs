@@ -58,6 +58,8 @@ pub(super) const SPAN_LENGTH: Bound = Bound { maximum: 1e5, ..POSITIVE };
 pub(super) const HARDENING: Bound = within(1e-3, 0.999);
 /// Coefficients of friction: beyond this nothing slips.
 pub(super) const FRICTION_COEFFICIENT: Bound = within(0.0, 1e3);
+/// Drag coefficients: those of bluff bodies are about 1.
+pub(super) const DRAG_COEFFICIENT: Bound = within(1e-3, 1e3);
 /// Turns about a tangent in one step, in either direction: each needs several equilibria.
 pub(crate) const TURNS: Bound = within(-1e3, 1e3);
 /// Factors of loads.

@@ -5,17 +5,23 @@
 
 use wireloom_core::Quantity;
 
-/// Exponents of m, kg, s and rad.
+/// Exponents of m, kg, s, rad and K.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Dimension {
     metre: i32,
     kilogram: i32,
     second: i32,
     radian: i32,
+    kelvin: i32,
 }
 
 const fn dimension(metre: i32, kilogram: i32, second: i32, radian: i32) -> Dimension {
-    Dimension { metre, kilogram, second, radian }
+    Dimension { metre, kilogram, second, radian, kelvin: 0 }
+}
+
+/// A dimension times this power of the temperature.
+const fn with_kelvin(kelvin: i32, dimension: Dimension) -> Dimension {
+    Dimension { kelvin, ..dimension }
 }
 
 /// Name, unit and limits of a quantity.
@@ -76,10 +82,22 @@ pub(crate) fn words(quantity: Quantity) -> Words {
         Quantity::Acceleration => of("an acceleration", "m/s²", "\"9.81 m/s^2\"", [1e-12, 1e9], dimension(1, 0, -2, 0)),
         Quantity::Pressure => of("a pressure", "Pa", "\"50 MPa\"", [1e-3, 1e15], dimension(-1, 1, -2, 0)),
         Quantity::Density => of("a density", "kg/m³", "\"1.35 g/cm3\"", [1e-6, 1e6], dimension(-3, 1, 0, 0)),
+        Quantity::Velocity => of("a velocity", "m/s", "\"20 m/s\"", [1e-9, 1e5], dimension(1, 0, -1, 0)),
+        Quantity::Temperature => {
+            of("a temperature difference", "K", "\"95 K\"", [1e-9, 1e5], with_kelvin(1, dimension(0, 0, 0, 0)))
+        }
+        Quantity::ThermalExpansion => {
+            of("a thermal expansion", "1/K", "\"17e-6 1/K\"", [1e-12, 1.0], with_kelvin(-1, dimension(0, 0, 0, 0)))
+        }
+        Quantity::ThermalCurvature => Words {
+            alternative: Some(with_kelvin(-1, dimension(-1, 0, 0, 1))),
+            ..of("a thermal curvature", "1/(m K)", "0.01", [1e-12, 1e6], with_kelvin(-1, dimension(-1, 0, 0, 0)))
+        },
+        Quantity::AngularSpeed => of("an angular speed", "rad/s", "\"3000 rpm\"", [1e-9, 1e6], dimension(0, 0, -1, 1)),
     }
 }
 
-const QUANTITIES: [Quantity; 14] = [
+const QUANTITIES: [Quantity; 19] = [
     Quantity::Dimensionless,
     Quantity::Length,
     Quantity::Mass,
@@ -94,6 +112,11 @@ const QUANTITIES: [Quantity; 14] = [
     Quantity::Acceleration,
     Quantity::Pressure,
     Quantity::Density,
+    Quantity::Velocity,
+    Quantity::Temperature,
+    Quantity::ThermalExpansion,
+    Quantity::ThermalCurvature,
+    Quantity::AngularSpeed,
 ];
 
 /// Name of a dimension, for messages.
@@ -105,7 +128,7 @@ fn describe(d: Dimension) -> String {
 }
 
 /// Symbol, factor to SI, dimension, whether it takes prefixes.
-const SYMBOLS: [(&str, f64, Dimension, bool); 13] = [
+const SYMBOLS: [(&str, f64, Dimension, bool); 17] = [
     ("m", 1.0, dimension(1, 0, 0, 0), true),
     ("g", 1e-3, dimension(0, 1, 0, 0), true),
     ("s", 1.0, dimension(0, 0, 1, 0), true),
@@ -117,7 +140,11 @@ const SYMBOLS: [(&str, f64, Dimension, bool); 13] = [
     ("°", std::f64::consts::PI / 180.0, dimension(0, 0, 0, 1), false),
     ("turn", std::f64::consts::TAU, dimension(0, 0, 0, 1), false),
     ("turns", std::f64::consts::TAU, dimension(0, 0, 0, 1), false),
+    ("K", 1.0, with_kelvin(1, dimension(0, 0, 0, 0)), false),
+    ("min", 60.0, dimension(0, 0, 1, 0), false),
+    ("rpm", std::f64::consts::TAU / 60.0, dimension(0, 0, -1, 1), false),
     ("%", 1e-2, dimension(0, 0, 0, 0), false),
+    ("ppm", 1e-6, dimension(0, 0, 0, 0), false),
     ("1", 1.0, dimension(0, 0, 0, 0), false),
 ];
 
@@ -253,6 +280,7 @@ fn unit(text: &str) -> Result<(f64, Dimension), String> {
         total.kilogram += power * one.kilogram;
         total.second += power * one.second;
         total.radian += power * one.radian;
+        total.kelvin += power * one.kelvin;
         divide = false;
         rest = following;
     }
@@ -298,11 +326,12 @@ pub(crate) fn any(text: &str) -> Result<(f64, String), String> {
 
 /// `kg m^2 s^-2`.
 fn symbols(d: Dimension) -> String {
-    let factors: Vec<String> = [("kg", d.kilogram), ("m", d.metre), ("s", d.second), ("rad", d.radian)]
-        .into_iter()
-        .filter(|(_, exponent)| *exponent != 0)
-        .map(|(symbol, exponent)| if exponent == 1 { symbol.to_owned() } else { format!("{symbol}^{exponent}") })
-        .collect();
+    let factors: Vec<String> =
+        [("kg", d.kilogram), ("m", d.metre), ("s", d.second), ("rad", d.radian), ("K", d.kelvin)]
+            .into_iter()
+            .filter(|(_, exponent)| *exponent != 0)
+            .map(|(symbol, exponent)| if exponent == 1 { symbol.to_owned() } else { format!("{symbol}^{exponent}") })
+            .collect();
     factors.join(" ")
 }
 
@@ -337,6 +366,13 @@ mod tests {
             ("50 MPa", Quantity::Pressure, 5e7),
             ("120 kN/mm²", Quantity::Pressure, 1.2e11),
             ("1.35 g/cm3", Quantity::Density, 1350.0),
+            ("72 km/s", Quantity::Velocity, 72e3),
+            ("95 K", Quantity::Temperature, 95.0),
+            ("3000 rpm", Quantity::AngularSpeed, 100.0 * std::f64::consts::PI),
+            ("30 turns/min", Quantity::AngularSpeed, std::f64::consts::PI),
+            ("17 ppm/K", Quantity::ThermalExpansion, 17e-6),
+            ("17e-6 1/K", Quantity::ThermalExpansion, 17e-6),
+            ("0.02 1/m/K", Quantity::ThermalCurvature, 0.02),
         ];
         for (text, quantity, expected) in cases {
             let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {e}"));
@@ -377,6 +413,7 @@ mod tests {
             ("inf m", Quantity::Length, "is not a length"),
             ("1e308 km", Quantity::Length, "is too large"),
             ("5 N", Quantity::Moment, "is a force, not a moment"),
+            ("120 °C", Quantity::Temperature, "has the unknown unit `°C`"),
             ("30 deg", Quantity::Dimensionless, "is an angle, not a pure number"),
         ];
         for (text, quantity, expected) in cases {

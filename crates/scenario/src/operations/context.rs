@@ -29,6 +29,8 @@ pub(crate) struct Context<'s, 'a> {
     pub obstacle_moves: Vec<ObstacleMove>,
     /// Loads, by index, and the factors reached.
     pub loads: Vec<(usize, f64)>,
+    /// Branches, by index, and the temperatures reached, K.
+    pub temperatures: Vec<(usize, f64)>,
 }
 
 impl Context<'_, '_> {

@@ -14,7 +14,7 @@ use super::names::Names;
 use super::nearest::place_nearest;
 use super::reader::Reader;
 use super::requirements::{Named, marker, requirement};
-use super::steps::steps;
+use super::steps::{Pull, Spin, steps};
 use super::sweep::sweep;
 use super::{joints, obstacles, plugins, sections};
 use crate::format::keys;
@@ -23,6 +23,7 @@ use crate::scenario::{Branch, Joint, Scenario};
 use std::collections::BTreeMap;
 use toml::de::DeTable;
 use wireloom_core::Vector;
+use wireloom_core::conditions::RotatingAxes;
 use wireloom_core::obstacle::ContactSettings;
 
 /// Reads a scenario; the second value says whether all names refer to something.
@@ -34,7 +35,11 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     }
     let mut names = Names::default();
     let name = root.word("name").unwrap_or("harness").to_owned();
-    let gravity = root.vector("gravity").unwrap_or(Vector::new(0.0, 0.0, -9.81));
+    let mut pull = Pull { gravity: Vector::new(0.0, 0.0, -9.81), acceleration: Vector::zeros() };
+    pull.read(&root);
+    let gravity = pull.total();
+    let spin = root.entry("rotation").map(|entry| Spin::read(&entry));
+    let rotation = spin.map_or_else(RotatingAxes::default, Spin::at_the_beginning);
     let library = Library::of(&root);
     let entries = root.named_entries("sections");
     let (sections, by_rule): (Vec<_>, Vec<_>) =
@@ -65,7 +70,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let obstacles = entries.iter().filter_map(|entry| obstacles::obstacle(entry, lengths, &mut names)).collect();
     let contact = root.entry("contact").map_or_else(ContactSettings::default, |entry| obstacles::contact(&entry));
     let step_entries = root.entries("steps");
-    let steps = steps(&step_entries, &mut constraints, &mut names);
+    let steps = steps(&step_entries, (pull, spin), &mut constraints, &mut names);
     place_nearest(&mut constraints, &loads, &branches);
     let sweep = root.entry("sweep").and_then(|entry| sweep(&entry, &names, &steps));
     let named = Named { names: &names, branches: &branches, constraints: &constraints, steps: &steps, contact };
@@ -77,6 +82,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let scenario = Scenario {
         name,
         gravity,
+        rotation,
         sections,
         by_rule: by_rule.into_iter().flatten().collect(),
         branches,

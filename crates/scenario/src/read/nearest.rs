@@ -13,7 +13,7 @@ const CROWDED: f64 = 0.02;
 pub(crate) fn place_nearest(constraints: &mut [Constraint], loads: &[Load], branches: &[Branch]) {
     let on = |at: At| if let At::Branch { branch, s } = at { Some((branch, s)) } else { None };
     let placed =
-        constraints.iter().filter(|c| !c.nearest).flat_map(|c| c.places()).chain(loads.iter().map(|load| load.at));
+        constraints.iter().filter(|c| !c.nearest).flat_map(|c| c.places()).chain(loads.iter().flat_map(Load::places));
     let mut taken: Vec<(usize, f64)> = placed.filter_map(on).collect();
     let seats = constraints.iter().filter(|c| !c.nearest);
     let seats: Vec<((usize, f64), Vector)> = seats.filter_map(|c| Some((on(c.place())?, c.position?))).collect();

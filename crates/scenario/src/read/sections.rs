@@ -53,6 +53,8 @@ pub(crate) fn section<'a>(
         min_bend_radius_moving: entry.number("min_bend_radius_moving"),
         max_tension: entry.number("max_tension").or(bundle.and_then(|bundle| bundle.max_tension)),
         max_torsion: entry.number("max_torsion"),
+        thermal_expansion: entry.number("thermal_expansion").unwrap_or(0.0),
+        thermal_curvature: entry.vector("thermal_curvature").unwrap_or_default(),
         friction: entry.entry("friction").map(|entry| friction(&entry)).unwrap_or_default(),
         set: None,
     };

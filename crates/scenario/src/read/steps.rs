@@ -7,10 +7,72 @@ use crate::operations::context::{Acting, Context};
 use crate::operations::{Begins, OPERATIONS, StepOperation};
 use crate::scenario::Constraint;
 use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::Vector;
+use wireloom_core::conditions::RotatingAxes;
 use wireloom_core::steps::Step;
 
-/// The steps; the constraints that they add follow those that act from the beginning.
-pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>, names: &mut Names<'a>) -> Vec<Step> {
+/// What pulls at every mass: gravity, and the acceleration of the car in which the harness is at rest, m/s².
+#[derive(Clone, Copy)]
+pub(crate) struct Pull {
+    pub gravity: Vector,
+    pub acceleration: Vector,
+}
+
+impl Pull {
+    /// Reads what an entry gives of it; the rest stays. Returns whether it gives any.
+    pub fn read(&mut self, entry: &Entry<'_>) -> bool {
+        let (gravity, acceleration) = (entry.vector("gravity"), entry.vector("acceleration"));
+        self.gravity = gravity.unwrap_or(self.gravity);
+        self.acceleration = acceleration.unwrap_or(self.acceleration);
+        gravity.is_some() || acceleration.is_some()
+    }
+
+    /// Both together: in the axes of the car its acceleration is a gravity against it.
+    pub fn total(&self) -> Vector {
+        self.gravity - self.acceleration
+    }
+}
+
+/// Rotation of the axes in which the harness is at rest.
+#[derive(Clone, Copy)]
+pub(crate) struct Spin {
+    point: Vector,
+    axis: Vector,
+    speed: f64,
+}
+
+impl Spin {
+    pub fn read(entry: &Entry<'_>) -> Self {
+        Self {
+            point: entry.vector("point").unwrap_or_default(),
+            axis: entry.direction("axis").map_or_else(Vector::z, |axis| *axis),
+            speed: entry.number("speed").unwrap_or(0.0),
+        }
+    }
+
+    pub fn at_the_beginning(self) -> RotatingAxes {
+        RotatingAxes { point: self.point, velocity: self.axis * self.speed }
+    }
+}
+
+/// Angular velocity that a step reaches, rad/s.
+fn angular_velocity(step: &Entry<'_>, spin: Option<Spin>) -> Option<Vector> {
+    let speed = step.number("rotation_speed");
+    if spin.is_none() && step.has("rotation_speed") {
+        let message = format!("{} has a `rotation_speed`, but the scenario has no `rotation`", step.label);
+        step.fault_at("rotation_speed", message, "give the axis: rotation = { axis = [0, 0, 1] } before all tables");
+    }
+    Some(spin?.axis * speed?)
+}
+
+/// The steps; the constraints that they add follow those that act from the beginning. `pull` and `spin` are those at
+/// the beginning.
+pub(crate) fn steps<'a>(
+    entries: &[Entry<'a>],
+    (mut pull, spin): (Pull, Option<Spin>),
+    constraints: &mut Vec<Constraint>,
+    names: &mut Names<'a>,
+) -> Vec<Step> {
     // Names come first: a step that names a constraint of a later step gets a message of its own.
     let from_start = constraints.len();
     let mut first = names.constraints.clone();
@@ -40,24 +102,27 @@ pub(crate) fn steps<'a>(entries: &[Entry<'a>], constraints: &mut Vec<Constraint>
             moves: Vec::new(),
             obstacle_moves: Vec::new(),
             loads: Vec::new(),
+            temperatures: Vec::new(),
         };
         let read = |(operation, entry, begun): &(&StepOperation, Entry<'_>, Option<usize>)| {
             (operation.read)(entry, *begun, &mut step)
         };
         let operations = begun.operations.iter().filter_map(read).collect();
-        let Context { moves, obstacle_moves, loads, .. } = step;
+        let Context { moves, obstacle_moves, loads, temperatures, .. } = step;
         refuse_work_while_waiting(entry);
         names.broken |= entry.reader.fault_count() > before;
         steps.push(Step {
             name: name.map_or_else(|| format!("step {}", k + 1), str::to_owned),
             increments: entry.count("increments").unwrap_or(1),
-            gravity: entry.vector("gravity"),
+            gravity: pull.read(entry).then(|| pull.total()),
+            angular_velocity: angular_velocity(entry, spin),
             add: begun.constraints,
             release,
             moves,
             obstacle_moves,
             operations,
             loads,
+            temperatures,
         });
     }
     steps

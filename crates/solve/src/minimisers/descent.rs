@@ -283,9 +283,8 @@ impl<M: Method> Minimiser for Descent<M> {
     }
 
     fn accepts(&self, network: &Network) -> Result<(), BuildError> {
-        let Some(load) = network.dead_moment() else { return Ok(()) };
-        let what =
-            format!("load `{}` is a dead moment, which has no potential: {} goes by the energy", load.name, M::NAME);
+        let Some((load, why)) = network.load_without_potential() else { return Ok(()) };
+        let what = format!("load `{}` {why}, which has no potential: {} goes by the energy", load.name, M::NAME);
         Err(BuildError::new(what, "take minimiser.kind = \"newton\", which solves for the balance itself").at("kind"))
     }
 

@@ -14,8 +14,7 @@
 //!   geometric stiffness are those predicted by the last linear step (mixed integration points: Magisano, Leonetti,
 //!   Garcea 2017).
 //! - Steps that would only stretch the cable are followed by a restoration of lengths (`restoration`).
-//! - Dead moments have no potential: with them steps are those of the residual (`residual_step`), downhill only if
-//!   those fail.
+//! - Under loads without a potential steps are those of the residual (`residual_step`), downhill only if those fail.
 
 mod residual_step;
 mod restoration;
@@ -25,7 +24,7 @@ use super::trace::trace;
 use crate::contact::active_set::ActiveSet;
 use crate::linear::assembly::System;
 use crate::linear::border::Border;
-use crate::linear::dead_moments::DeadMoments;
+use crate::linear::without_potential::WithoutPotential;
 use crate::minimisers::condensation::Condensation;
 use crate::minimisers::convergence::{ConvergenceMonitor, PROGRESS, Termination};
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
@@ -91,7 +90,7 @@ struct Workspace {
     system: System,
     condensation: Condensation,
     border: Border,
-    moments: DeadMoments,
+    without: WithoutPotential,
     active_set: ActiveSet,
     hessian: Hessian,
     gradient: Tangent,
@@ -143,7 +142,7 @@ impl Workspace {
             first_gradient: Tangent::zeros(network),
             forces: network.branches.iter().map(|b| vec![Vector::zeros(); b.rod.mesh().segments()]).collect(),
             border: Border::default(),
-            moments: DeadMoments::default(),
+            without: WithoutPotential::default(),
             factor_of: None,
             condensed_force: 0.0,
             factorisations: 0,
@@ -185,7 +184,7 @@ impl Workspace {
     }
 
     /// Assembles and factorises the present Hessian with a shift. Returns whether it is positive definite; otherwise
-    /// there is a factor only with dead moments.
+    /// there is a factor only under loads without a potential.
     fn factorise(&mut self, problem: &Problem<'_>, state: &State, sigma: f64) -> bool {
         self.system.fill(problem, state, &self.hessian);
         let System { matrix, weights, .. } = &mut self.system;
@@ -194,8 +193,7 @@ impl Workspace {
         }
         matrix.eliminate_prescribed(problem);
         self.factorisations += 1;
-        let positive =
-            if problem.has_dead_moments() { matrix.factorise() == 0 } else { matrix.factorise_if_positive() };
+        let positive = if problem.has_potential() { matrix.factorise_if_positive() } else { matrix.factorise() == 0 };
         if positive && sigma == 0.0 {
             let active = &problem.conditions().active;
             match &mut self.factor_of {
@@ -226,7 +224,7 @@ impl Workspace {
             }
             match sigma {
                 Some(sigma) => {
-                    if !self.factorise(problem, state, sigma) && !problem.has_dead_moments() {
+                    if !self.factorise(problem, state, sigma) && problem.has_potential() {
                         return;
                     }
                 }
@@ -249,7 +247,7 @@ impl Workspace {
     /// Solves for the step with the present matrix and the gradient of the model.
     fn solve_once(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
         let motion = moving.then_some(&self.motion);
-        let Self { system: System { matrix, rhs, .. }, border, moments, active_set, gradient, model, step, .. } = self;
+        let Self { system: System { matrix, rhs, .. }, border, without, active_set, gradient, model, step, .. } = self;
         let forces = if active_set.is_idle() { gradient } else { model };
         matrix.right_hand_side(problem, forces, motion, rhs);
         matrix.solve(rhs);
@@ -257,9 +255,9 @@ impl Workspace {
         if problem.has_slides() {
             border.complete(matrix, problem, state, forces, rhs, step);
         }
-        if problem.has_dead_moments() {
-            moments.prepare(matrix, border, problem, state, rhs);
-            moments.complete(step);
+        if !problem.has_potential() {
+            without.prepare(matrix, border, problem, state, rhs);
+            without.complete(matrix, border, problem, state, rhs, step);
         }
     }
 
@@ -290,7 +288,7 @@ impl Workspace {
                 problem.gradient(&self.trial, &mut self.trial_gradient);
             }
         }
-        energy - problem.moment_work(state, &self.step, alpha)
+        energy - problem.work_without_potential(state, &self.step, alpha)
     }
 
     /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and
@@ -433,7 +431,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             // The trial keeps the state before the step.
             predict_forces(problem, &ws.trial, &ws.step, &mut ws.forces);
         }
-        if problem.has_dead_moments() {
+        if !problem.has_potential() {
             report.iterations += 1;
             if let Some(step) = ws.residual_step(problem, state, mixed) {
                 mixed = step.mixed;
@@ -469,7 +467,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         };
         mixed = alpha == 1.0 && (Workspace::restores(problem) || ws.largest_turn() < SMALL_TURN);
         let turn = alpha * ws.largest_turn();
-        energy = trial + problem.moment_work(state, &ws.step, alpha);
+        energy = trial + problem.work_without_potential(state, &ws.step, alpha);
         ws.accept(state);
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
@@ -509,8 +507,8 @@ fn predict(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State) -> 
     problem.gradient(state, &mut ws.gradient);
     let known = ws.factor_of.as_ref() == Some(&problem.conditions().active);
     let sigma = (!known).then(|| {
-        if problem.has_dead_moments() {
-            // With dead moments the matrix need not be positive definite; see [`residual_step`].
+        if !problem.has_potential() {
+            // Without a potential the matrix need not be positive definite; see [`residual_step`].
             problem.hessian(state, None, &mut ws.hessian);
             ws.factorise(problem, state, 0.0);
             return 0.0;

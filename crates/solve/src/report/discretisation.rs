@@ -25,10 +25,10 @@
 //! the leading term says little; there the estimate is the change itself (Zienkiewicz and Zhu 1992, The superconvergent
 //! patch recovery, International Journal for Numerical Methods in Engineering 33, estimate the error by such jumps).
 //!
-//! Where H is not available (dead moments have none, or the state is no equilibrium of known stability), the estimate
-//! is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where cables
-//! touch something H contains the contacts that act, and where they slide the arc length at the constraint is fixed;
-//! with another mesh both would differ a little, so the estimate is doubled there.
+//! Where H is not available (loads without a potential have none, or the state is no equilibrium of known stability),
+//! the estimate is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where
+//! cables touch something H contains the contacts that act, and where they slide the arc length at the constraint is
+//! fixed; with another mesh both would differ a little, so the estimate is doubled there.
 
 use wireloom_core::equilibrium::{BranchError, BranchResult};
 use wireloom_core::network::Branch;
@@ -128,6 +128,8 @@ impl<'a> Samples<'a> {
         let law = branch.rod.law();
         let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
         let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
+        // The same all along a branch.
+        let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
         let couplings = shape.coupling_lengths.len();
         let discrete_stiffness = match law {
             Some(law) => law.couplings.iter().map(|own| own + of_friction).collect(),
@@ -259,7 +261,7 @@ impl<'a> Samples<'a> {
 
     /// Adds to the gradients of a harness those of the edges' and the weight's part of D; `own` are the second
     /// derivatives of the branch, `weight` is ρ g (N/m).
-    fn add_edges(&self, own: &BranchHessian, weight: Vector, gradient: &mut Tangent) {
+    fn add_edges(&self, own: &BranchHessian, weight: impl Fn(usize) -> Vector, gradient: &mut Tangent) {
         let mesh = self.branch.rod.mesh();
         let points = &mut gradient.points[self.branch.points.clone()];
         let frames = &mut gradient.frames[self.branch.frames.clone()];
@@ -287,6 +289,7 @@ impl<'a> Samples<'a> {
                 let (a, b) = (l[node - 1], l[node]);
                 (a.powi(3) + b.powi(3)) / (12.0 * (a + b))
             };
+            let weight = weight(j);
             force -= weight * ((lumped(j) - lumped(j + 1)) / l[j]);
             for (node, sign) in [(j, -1.0), (j + 1, 1.0)] {
                 if mesh.station_frame(node).is_some() {
@@ -493,7 +496,7 @@ pub(crate) fn defect(
     let mut gradients = [Tangent::zeros(problem.network), Tangent::zeros(problem.network)];
     for (index, result) in results.iter().enumerate() {
         let samples = Samples::new(problem, state, index, result);
-        let weight = problem.conditions().gravity * samples.branch.section.linear_density;
+        let weight = |j: usize| problem.force_per_length(state, index, j);
         samples.add_cells(&mut gradients[0]);
         samples.add_edges(&hessian.branches[index], weight, &mut gradients[1]);
     }

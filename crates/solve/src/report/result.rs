@@ -41,7 +41,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     branch.rod.forces(&shape, &mut segment_forces);
     let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
     branch.rod.moments(&shape, &mut coupling_moments);
-    let weight = problem.conditions().gravity * branch.section.linear_density;
+    let weight = |j: usize| problem.force_per_length(state, index, j);
     let length = mesh.length();
 
     let mut result = BranchResult {
@@ -74,7 +74,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (Some(frame), Some(rest)) => {
                 let moment = shape.frames[frame].inverse() * coupling_moments[c];
                 let elastic = || rest + moment.component_div(&branch.section.bend_diagonal());
-                branch.rod.curvature_under(&moment, memory_of(&shape, c)).unwrap_or_else(elastic)
+                let kappa = branch.rod.curvature_under(&moment, memory_of(&shape, c)).unwrap_or_else(elastic);
+                shape.extra_curvature.get(c).map_or(kappa, |extra| kappa + extra)
             }
             _ => relative.scaled_axis() / lambda,
         };
@@ -139,13 +140,13 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
         };
         result.frame.push(frame);
-        // Between nodes the force changes by the weight: n' + ρ g = 0; see [`STATION_SHIFT`] for the part on a
-        // station.
+        // Between nodes the force changes by the weight and the loads along it: n' + f = 0; see [`STATION_SHIFT`] for
+        // the part on a station.
         let fraction = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
         result.force.push(match (node, side) {
-            (0, _) | (_, Side::After) => segment_forces[node] + weight * (fraction * l1),
-            (_, Side::Before) => segment_forces[node - 1] - weight * (fraction * l0),
-            (node, _) if node == n => segment_forces[n - 1] - weight * (fraction * l0),
+            (0, _) | (_, Side::After) => segment_forces[node] + weight(node) * (fraction * l1),
+            (_, Side::Before) => segment_forces[node - 1] - weight(node - 1) * (fraction * l0),
+            (node, _) if node == n => segment_forces[n - 1] - weight(n - 1) * (fraction * l0),
             (node, Side::Both) => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
         });
         let bend = kappa.xy().norm();

@@ -118,7 +118,7 @@ impl Certifier {
         inspector.get_or_insert_with(|| Inspector::new(problem)).inspect(problem, state, gradient)
     }
 
-    /// Whether an equilibrium under dead moments is certainly unstable; see [`Inspector::diverges`].
+    /// Whether an equilibrium without a potential is certainly unstable; see [`Inspector::diverges`].
     pub fn diverges(&mut self, problem: &mut Problem<'_>, state: &State) -> bool {
         let Self { inspector, gradient, .. } = self;
         inspector.get_or_insert_with(|| Inspector::new(problem)).diverges(problem, state, gradient)

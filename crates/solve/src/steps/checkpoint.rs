@@ -85,6 +85,7 @@ impl Checkpoint {
             && conditions.rods.len() == network.branches.len()
             && network.branches.iter().zip(&conditions.rods).all(|(b, own)| own.memory.len() == b.rod.memory().len())
             && (conditions.load_factors.len(), conditions.sliding.len()) == (network.loads.len(), network.slides.len())
+            && conditions.temperatures.len() == network.branches.len()
     }
 }
 

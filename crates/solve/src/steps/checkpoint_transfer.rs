@@ -149,11 +149,12 @@ fn conditions(own: &Conditions, from: &Network, to: &Network, state: &State) -> 
     if (0..from.constraints.len()).any(|f| own.active[f] && !stays(f)) {
         return None;
     }
-    let mut new = Conditions { gravity: own.gravity, ..Conditions::new(to, own.gravity, state) };
+    let mut new = Conditions { rotation: own.rotation, ..Conditions::new(to, own.gravity, state) };
     if remembers(from) || remembers(to) {
         new.rods = rod_states(own, from, to)?;
     }
     new.load_factors.clone_from(&own.load_factors);
+    new.temperatures.clone_from(&own.temperatures);
     new.contact.clone_from(&own.contact);
     for (f, constraint) in to.constraints.iter().enumerate() {
         let Some(old) = of[f] else {

@@ -146,7 +146,8 @@ impl<'n, 'm> Driver<'n, 'm> {
         monitor: &Monitor,
     ) -> Self {
         let state = layout::place(network, schedule);
-        let conditions = Conditions::new(network, schedule.gravity, &state);
+        let conditions =
+            Conditions { rotation: schedule.rotation, ..Conditions::new(network, schedule.gravity, &state) };
         let mut driver = Self::new(network, minimiser, stop, state, conditions, monitor);
         driver.problem.allow_overlaps(&driver.state);
         driver

@@ -77,15 +77,16 @@ impl Driver<'_, '_> {
     }
 
     /// Finds an equilibrium from the layout, with the constraints that act from the start at their poses in the
-    /// scenario. Dead moments are applied last, as only a system with a potential can descend to a stable equilibrium.
+    /// scenario. Loads without a potential are applied last, as only a system with a potential can descend to a stable
+    /// equilibrium.
     pub(super) fn find_initial_equilibrium(&mut self) -> Grade {
-        if !self.problem.has_dead_moments() {
-            return self.find_equilibrium_without_moments();
+        if self.problem.has_potential() {
+            return self.find_equilibrium_with_potential();
         }
-        self.problem.set_moment_fraction(0.0);
-        let status = self.find_equilibrium_without_moments();
+        self.problem.set_fraction_without_potential(0.0);
+        let status = self.find_equilibrium_with_potential();
         let mut plan = Plan::new(&self.problem, &Step::default(), Vec::new());
-        plan.apply_moments = true;
+        plan.apply_without_potential = true;
         if self.is_over() {
             plan.apply(&mut self.problem, 1.0);
             return status;
@@ -104,10 +105,10 @@ impl Driver<'_, '_> {
         self.solve()
     }
 
-    /// Finds an equilibrium without dead moments. A drawn shape is at first the rest shape, without weight; while the
-    /// constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is
-    /// left at the end.
-    fn find_equilibrium_without_moments(&mut self) -> Grade {
+    /// Finds an equilibrium of the loads with a potential. A drawn shape is at first the rest shape, without weight;
+    /// while the constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable
+    /// equilibrium is left at the end.
+    fn find_equilibrium_with_potential(&mut self) -> Grade {
         let network = self.problem.network;
         let mut journeys = Vec::new();
         let mut increments = START_INCREMENTS;
@@ -233,8 +234,7 @@ impl Driver<'_, '_> {
     /// Leaves an unstable equilibrium, or a state where the minimiser failed: disturbs it along a direction in which
     /// the energy decreases (deterministic) and minimises again. Without success the state is restored.
     fn leave_unstable_start(&mut self, status: Grade) -> Grade {
-        let applicable =
-            matches!(status.status(), Status::Converged | Status::Failed) && !self.problem.has_dead_moments();
+        let applicable = matches!(status.status(), Status::Converged | Status::Failed) && self.problem.has_potential();
         if self.is_over() || !applicable || self.problem.network.constraints.is_empty() {
             return status;
         }

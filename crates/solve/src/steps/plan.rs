@@ -1,4 +1,4 @@
-//! Plan of a step: its motions and loads as functions of its progress.
+//! Plan of a step: its motions, loads and temperatures as functions of its progress.
 
 use serde::{Deserialize, Serialize};
 use wireloom_core::network::AttachedConstraint;
@@ -9,7 +9,7 @@ use wireloom_core::{Pose, Vector};
 /// Fraction of a part that is round-off.
 const ROUND_OFF: f64 = 1e-6;
 
-/// Motions and loads of a step.
+/// Motions, loads and temperatures of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plan {
     journeys: Vec<Journey>,
@@ -20,13 +20,15 @@ pub(crate) struct Plan {
     /// Operations of the step.
     pub operations: Vec<Operation>,
     gravity: (Vector, Vector),
+    angular_velocity: (Vector, Vector),
     loads: Vec<(usize, f64, f64)>,
+    temperatures: Vec<(usize, f64, f64)>,
     /// Constraints that begin with the step.
     begun: Vec<usize>,
     /// Whether the drawn shape is released from being the rest shape.
     pub release_drawn_shape: bool,
-    /// Whether the dead moments are applied.
-    pub apply_moments: bool,
+    /// Whether the loads without a potential are applied.
+    pub apply_without_potential: bool,
 }
 
 impl Plan {
@@ -43,10 +45,12 @@ impl Plan {
             corners: step.moves.iter().flat_map(Move::corners).collect(),
             operations: step.operations.clone(),
             gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
+            angular_velocity: (now.rotation.velocity, step.angular_velocity.unwrap_or(now.rotation.velocity)),
             loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
+            temperatures: step.temperatures.iter().map(|&(b, end)| (b, now.temperatures[b], end)).collect(),
             begun: Vec::new(),
             release_drawn_shape: false,
-            apply_moments: false,
+            apply_without_potential: false,
         }
     }
 
@@ -60,9 +64,12 @@ impl Plan {
         !self.obstacles.is_empty()
     }
 
-    /// Whether gravity or loads change.
+    /// Whether gravity, rotation, loads or temperatures change.
     pub fn changes_loads(&self) -> bool {
-        self.gravity.0 != self.gravity.1 || !self.loads.is_empty()
+        self.gravity.0 != self.gravity.1
+            || self.angular_velocity.0 != self.angular_velocity.1
+            || !self.loads.is_empty()
+            || !self.temperatures.is_empty()
     }
 
     /// Largest number of turns that a constraint makes about its tangent over a fraction of the step.
@@ -84,8 +91,12 @@ impl Plan {
         if self.changes_loads() {
             problem.change(|c| {
                 c.gravity = self.gravity.0.zip_map(&self.gravity.1, mix);
+                c.rotation.velocity = self.angular_velocity.0.zip_map(&self.angular_velocity.1, mix);
                 for &(load, a, b) in &self.loads {
                     c.load_factors[load] = mix(a, b);
+                }
+                for &(branch, a, b) in &self.temperatures {
+                    c.temperatures[branch] = mix(a, b);
                 }
             });
         }
@@ -101,8 +112,8 @@ impl Plan {
         if self.release_drawn_shape {
             problem.set_drawn_fraction(1.0 - t);
         }
-        if self.apply_moments {
-            problem.set_moment_fraction(t);
+        if self.apply_without_potential {
+            problem.set_fraction_without_potential(t);
         }
     }
 }

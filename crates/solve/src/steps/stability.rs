@@ -13,7 +13,7 @@
 
 use crate::linear::assembly::System;
 use crate::linear::border::{Border, Inertia};
-use crate::linear::dead_moments::DeadMoments;
+use crate::linear::without_potential::WithoutPotential;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::scales::nan_max;
 use wireloom_core::{State, Tangent, Vector};
@@ -152,10 +152,11 @@ impl Inspector {
         response
     }
 
-    /// Whether an equilibrium under dead moments certainly diverges: the tangent of the residual has a negative
+    /// Whether an equilibrium without a potential certainly diverges: the tangent of the residual has a negative
     /// determinant, so one of its real eigenvalues is negative, and a disturbance grows with any damping. Otherwise
     /// stability is unknown: without a potential the equilibrium may be unstable in an even number of directions, or
-    /// flutter. Always false if cables slide. `gradient` is as for [`Self::inspect`].
+    /// flutter. Always false if cables slide, and under forces per length without a potential, where the determinant is
+    /// not known. `gradient` is as for [`Self::inspect`].
     pub fn diverges(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) -> bool {
         if problem.has_slides() {
             return false;
@@ -166,9 +167,9 @@ impl Inspector {
         self.sum_residual_forces(problem);
         let Inertia { negative, .. } = self.inertia(problem, state, gradient, ROUND_OFF, LEVERS);
         let Self { system: System { matrix, rhs, .. }, border, .. } = self;
-        let mut moments = DeadMoments::default();
-        moments.prepare(matrix, border, problem, state, rhs);
-        moments.turns_determinant(negative)
+        let mut without = WithoutPotential::default();
+        without.prepare(matrix, border, problem, state, rhs);
+        without.turns_determinant(negative) == Some(true)
     }
 
     /// Direction along which the energy decreases from the unstable equilibrium inspected last, with a largest turn of

@@ -18,8 +18,9 @@ impl Driver<'_, '_> {
     /// Result of an increment at the present state.
     pub(crate) fn step_result(&mut self, step: &Step, increment: usize, grade: Grade, seconds: f64) -> StepResult {
         let status = grade.status();
-        // Stability is defined for an equilibrium; under dead moments only divergence can be detected.
-        let known = status == Status::Converged && !self.problem.has_dead_moments();
+        // Stability is defined for an equilibrium; without a potential it is no minimum, and only divergence can be
+        // detected.
+        let known = status == Status::Converged && self.problem.has_potential();
         let inspect = || self.certifier.inspect(&mut self.problem, &self.state);
         let inspection = self.inspection.take().or_else(|| known.then(inspect));
         let stable = match status {

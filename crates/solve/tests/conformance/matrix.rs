@@ -3,7 +3,7 @@
 use super::helpers::{assembled, check_assembled, dense, perturbed, plan, registry};
 use nalgebra::DVector;
 use std::collections::BTreeSet;
-use wireloom_core::conditions::Conditions;
+use wireloom_core::conditions::{Conditions, RotatingAxes};
 use wireloom_core::constraint::ConstraintSpec;
 use wireloom_core::network::{NodeRange, Place};
 use wireloom_core::variable::Variable;
@@ -169,6 +169,17 @@ fn levers_and_springs_are_in_the_assembled_matrix() {
     }
     sample.network.constraints[1].stations = vec![sample.network.site(Place::Node { branch: 1, node: 0 })];
     check_assembled("offsets and springs", &sample);
+}
+
+/// At 3,000 rad/s the pull of the rotation stiffens as much as EA.
+#[test]
+fn the_pull_of_axes_that_rotate_is_in_the_assembled_matrix() {
+    for (kind, size) in [("rigid-body", 0.04), ("cosserat", 0.0)] {
+        let mut sample = sized_y_harness(&registry(), kind, 3, size);
+        sample.conditions.rotation =
+            RotatingAxes { point: Vector::new(0.1, -0.2, 0.3), velocity: Vector::new(1200.0, -1800.0, 2000.0) };
+        check_assembled(kind, &sample);
+    }
 }
 
 /// Stations on one hub with and without levers, on one variable and far apart, and a span that begins at the hub.

@@ -66,6 +66,7 @@ macro_rules! rod_conformance {
             forces_and_moments_agree_with_the_gradient
             low_order_parts_of_positions_count
             extra_curvature_shifts_the_rest_curvature
+            free_strain_stretches_the_rest_shape
             non_finite_input_gives_non_finite_output
             same_input_gives_same_bits
             memory_is_committed_once

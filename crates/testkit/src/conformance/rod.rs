@@ -33,6 +33,8 @@ pub fn section() -> Section {
         min_bend_radius_moving: None,
         max_tension: None,
         max_torsion: None,
+        thermal_expansion: 0.0,
+        thermal_curvature: Vector::zeros(),
         friction: Default::default(),
         set: None,
     }
@@ -47,6 +49,7 @@ struct Shape {
     points: Vec<Vector>,
     compensation: Vec<Vector>,
     frames: Vec<Rotation>,
+    free_strain: f64,
     extra: Vec<Vector>,
     rest_lengths: Vec<f64>,
     coupling_lengths: Vec<f64>,
@@ -61,6 +64,7 @@ impl Shape {
             frames: &self.frames,
             rest_lengths: &self.rest_lengths,
             coupling_lengths: &self.coupling_lengths,
+            free_strain: self.free_strain,
             extra_curvature: &self.extra,
             memory: &self.memory,
         }
@@ -97,6 +101,7 @@ impl Shape {
             points: back(&self.points),
             compensation: back(&self.compensation),
             frames: self.frames.iter().rev().map(|q| q * half_turn()).collect(),
+            free_strain: self.free_strain,
             extra: self.extra.iter().rev().map(reversed_curvature).collect(),
             rest_lengths: self.rest_lengths.iter().rev().copied().collect(),
             coupling_lengths: self.coupling_lengths.iter().rev().copied().collect(),
@@ -141,7 +146,7 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
 }
 
 /// Every mesh in a gentle, a wild and a nearly folded shape and one with edges against their frames, straight or curved
-/// at rest, with extra curvature or without.
+/// at rest, with extra curvature and free strain or without.
 fn cases(factory: &Factory<'_>) -> Vec<Case> {
     let mut rng = Rng::with_seed(1);
     let mut all = Vec::new();
@@ -162,6 +167,7 @@ fn cases(factory: &Factory<'_>) -> Vec<Case> {
                 }
             }
             if shape_name == "wild" {
+                shape.free_strain = 0.07;
                 shape.extra = mesh.coupling_lengths.iter().map(|_| random_vector(&mut rng, 1.0)).collect();
                 let moved = mesh.rest_lengths.iter().map(|l| l * (1.0 + 0.4 * (uniform(&mut rng) - 0.5))).collect();
                 shape = shape.with_lengths(&mesh, moved);
@@ -190,6 +196,7 @@ fn random_shape(rod: &dyn RodSegment, mesh: &Mesh, turn: f64, strain: f64, rng: 
         compensation: vec![Vector::zeros(); points.len()],
         points,
         frames,
+        free_strain: 0.0,
         extra: Vec::new(),
         rest_lengths: mesh.rest_lengths.clone(),
         memory: rod.memory(),
@@ -601,6 +608,7 @@ fn helix(mesh: &Mesh) -> Shape {
         points: s.iter().map(|&s| point(s)).collect(),
         compensation: vec![Vector::zeros(); s.len()],
         frames,
+        free_strain: 0.0,
         extra: vec![],
         rest_lengths: mesh.rest_lengths.clone(),
         memory: Vec::new(),
@@ -663,6 +671,7 @@ pub fn bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts(factory: &Fa
                 rest_lengths: shape.rest_lengths[points.start..points.end - 1].to_vec(),
                 coupling_lengths: shape.coupling_lengths[frames.start..frames.end - 1].to_vec(),
                 compensation: shape.compensation[points].to_vec(),
+                free_strain: shape.free_strain,
                 extra: shape.extra.get(frames.start..frames.end - 1).unwrap_or_default().to_vec(),
                 memory: shape.memory[width * frames.start..width * (frames.end - 1)].to_vec(),
                 frames: shape.frames[frames].to_vec(),
@@ -765,6 +774,24 @@ pub fn extra_curvature_shifts_the_rest_curvature(factory: &Factory<'_>) {
         assert_all_near(&name, &got, &want, ROUND_OFF * (1.0 + want.amax()));
         let got_hessian = hessian(rod.as_ref(), &shape, None);
         assert_matrix_near(&name, &got_hessian, &want_hessian, ROUND_OFF * (1.0 + want_hessian.amax()));
+    }
+}
+
+/// # Panics
+/// If a straight rod that is stretched by its free strain has an energy or a gradient.
+pub fn free_strain_stretches_the_rest_shape(factory: &Factory<'_>) {
+    let mut rng = Rng::with_seed(6);
+    for (name, mesh) in meshes() {
+        let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature: Vector::zeros() });
+        for free_strain in [-0.02, 0.03] {
+            let mut shape = random_shape(rod.as_ref(), &mesh, 0.0, 0.0, &mut rng);
+            shape.free_strain = free_strain;
+            let start = shape.points[0];
+            shape.points.iter_mut().for_each(|x| *x = start + (*x - start) * (1.0 + free_strain));
+            let (energy, g) = gradient(rod.as_ref(), &shape);
+            assert_near(&format!("{name}: energy"), energy, 0.0, 1e-22);
+            assert_near(&format!("{name}: gradient"), g.amax(), 0.0, 1e-11);
+        }
     }
 }
 

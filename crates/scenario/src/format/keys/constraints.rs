@@ -1,7 +1,7 @@
 //! Constraints and loads, and where they attach.
 
-use crate::format::form::{Family, Form, Key, Keys, may, must, unless};
-use crate::format::limits::{ANY, FRICTION_COEFFICIENT, LOAD_FACTOR, POSITIVE};
+use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
+use crate::format::limits::{ANY, DRAG_COEFFICIENT, FRICTION_COEFFICIENT, LOAD_FACTOR, POSITIVE};
 use wireloom_core::Quantity;
 
 /// A place that something attaches to.
@@ -87,14 +87,45 @@ pub(crate) const CONSTRAINT: Keys = Keys {
     ],
 };
 
-/// A dead load.
+/// A flow.
+pub(crate) const FLOW: Keys = Keys {
+    what: "flow",
+    keys: &[
+        must("velocity", Form::Vector(Quantity::Velocity), "velocity of the fluid in world axes"),
+        may("density", Form::Number(Quantity::Density, POSITIVE), "density of the fluid; default 1.2 (air)"),
+        may(
+            "drag_coefficient",
+            Form::Number(Quantity::Dimensionless, DRAG_COEFFICIENT),
+            "drag coefficient across the cable, by its outer diameter; default 1.2 (smooth cylinder)",
+        ),
+    ],
+};
+
+/// A load.
 pub(crate) const LOAD: Keys = Keys {
     what: "load",
     keys: &[
         must("name", Form::Name, "its name"),
-        must("at", Form::Table(&AT), "where it acts"),
+        unless("span", "at", Form::Table(&AT), "where force and moment act"),
         may("force", Form::Vector(Quantity::Force), "force in world axes; default 0"),
         may("moment", Form::Vector(Quantity::Moment), "moment in world axes; default 0"),
+        may(
+            "span",
+            Form::OneOrMoreTables(&SPAN),
+            "the part of a branch along which a force per length or a flow acts; a list for several",
+        ),
+        with(
+            "span",
+            "force_per_length",
+            Form::Vector(Quantity::ForcePerLength),
+            "force per unstressed length in world axes",
+        ),
+        with("span", "flow", Form::Table(&FLOW), "flow of air or water, whose drag across the cable acts"),
+        may(
+            "follows",
+            Form::Flag,
+            "true: it turns with the cable, and its axes are d1, d2, d3 in place of those of the world; default false",
+        ),
         may("factor", Form::Number(Quantity::Dimensionless, LOAD_FACTOR), "factor at the beginning; default 1"),
     ],
 };

@@ -3,7 +3,7 @@
 use super::constraints::{FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, PULL_OUT_FORCE, SLIDE};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
 use crate::format::limits::{
-    DIAMETER, FRACTION, HARDENING, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION,
+    ANY, DIAMETER, FRACTION, HARDENING, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION,
 };
 use wireloom_core::Quantity;
 
@@ -79,6 +79,18 @@ pub(crate) const SECTION: Keys = Keys {
             "max_torsion",
             Form::Number(Quantity::Curvature, POSITIVE),
             "largest twist per length allowed, either way, such as \"180 deg/m\" or \"0.5 turns/m\"",
+        ),
+        may(
+            "thermal_expansion",
+            Form::Number(Quantity::ThermalExpansion, ANY),
+            "strain along the cable per change of temperature, such as \"17 ppm/K\"; default 0. Moisture acts alike: \
+             give its strain as that of a temperature",
+        ),
+        may(
+            "thermal_curvature",
+            Form::Vector(Quantity::ThermalCurvature),
+            "curvature about d1 and d2, and twist about d3, per change of temperature: layers that expand differently; \
+             default 0",
         ),
         may(
             "friction",

@@ -2,7 +2,7 @@
 
 use super::constraints::{ORIENTATION, TANGENT, UP};
 use crate::format::form::{Family, Form, Keys, may, must};
-use crate::format::limits::{ACCURACY, MAX_COUNT, SECONDS, TOLERANCE};
+use crate::format::limits::{ACCURACY, ANY, MAX_COUNT, SECONDS, TOLERANCE};
 use wireloom_core::Quantity;
 
 /// Plugins.
@@ -30,6 +30,16 @@ pub(super) const MESH: Keys = Keys {
         Form::Number(Quantity::Dimensionless, ACCURACY),
         "largest discretisation error of bend radii, relative to them; branches without `segments` get a mesh for it",
     )],
+};
+
+/// Axes that rotate.
+pub(super) const ROTATION: Keys = Keys {
+    what: "rotation",
+    keys: &[
+        may("point", Form::Vector(Quantity::Length), "a point of the axis; default the origin"),
+        must("axis", Form::Direction, "direction of the axis"),
+        may("speed", Form::Number(Quantity::AngularSpeed, ANY), "speed at the beginning; default 0"),
+    ],
 };
 
 /// Pose of the rest shape.

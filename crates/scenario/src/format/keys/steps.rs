@@ -1,7 +1,7 @@
 //! Steps: their own keys, and those of the step operations.
 
 use crate::format::form::{Form, Key, Keys, may};
-use crate::format::limits::MAX_INCREMENTS;
+use crate::format::limits::{ANY, MAX_INCREMENTS};
 use crate::operations::OPERATIONS;
 use wireloom_core::Quantity;
 
@@ -9,10 +9,16 @@ use wireloom_core::Quantity;
 pub(crate) const STEP: Keys = Keys { what: "step", keys: &KEYS };
 
 /// Keys of a step itself.
-const OWN: [Key; 5] = [
+const OWN: [Key; 7] = [
     may("name", Form::Name, "its name; default \"step N\""),
     may("increments", Form::Count(1, MAX_INCREMENTS), "number of increments; default 1"),
     may("gravity", Form::Vector(Quantity::Acceleration), "gravity reached at its end"),
+    may("acceleration", Form::Vector(Quantity::Acceleration), "acceleration of the car reached at its end"),
+    may(
+        "rotation_speed",
+        Form::Number(Quantity::AngularSpeed, ANY),
+        "speed of the `rotation` reached at its end, such as \"3000 rpm\"",
+    ),
     may("release", Form::Names, "constraints that are released when this step begins"),
     may("wait", Form::Flag, "true: the step does nothing but find the equilibrium; default false"),
 ];

@@ -61,7 +61,7 @@ impl Workspace {
             // NaN does not pass.
             if next <= (1.0 - DECREASE * alpha) * size {
                 let left = if next > RESOLVED { f64::INFINITY } else { alpha * turn };
-                let energy = energy + problem.moment_work(state, &self.step, alpha);
+                let energy = energy + problem.work_without_potential(state, &self.step, alpha);
                 self.accept(state);
                 problem.update_held(state);
                 let mixed = turn < SMALL_TURN && alpha == 1.0;
@@ -74,7 +74,7 @@ impl Workspace {
 
 /// Size of the correction at the trial with the present matrix.
 fn next_size(ws: &mut Workspace, problem: &Problem<'_>, state: &State, length: f64) -> f64 {
-    let Workspace { system: System { matrix, rhs, .. }, border, moments, trial_gradient, free, .. } = ws;
+    let Workspace { system: System { matrix, rhs, .. }, border, without, trial_gradient, free, .. } = ws;
     matrix.right_hand_side(problem, trial_gradient, None, rhs);
     matrix.solve(rhs);
     free.clear();
@@ -82,7 +82,7 @@ fn next_size(ws: &mut Workspace, problem: &Problem<'_>, state: &State, length: f
     if problem.has_slides() {
         border.complete_again(trial_gradient, free);
     }
-    moments.complete(free);
+    without.complete(matrix, border, problem, state, rhs, free);
     size(free, length)
 }
 

@@ -17,9 +17,10 @@ const MOST: usize = 2;
 const STIFFER: f64 = 1e3;
 
 impl Workspace {
-    /// Whether steps are restored: not with contact, sliding and dead moments, whose steps have models of their own.
+    /// Whether steps are restored: not with contact, sliding and loads without a potential, whose steps have models of
+    /// their own.
     pub(super) fn restores(problem: &Problem<'_>) -> bool {
-        problem.contact().is_idle() && !problem.has_slides() && !problem.has_dead_moments()
+        problem.contact().is_idle() && !problem.has_slides() && problem.has_potential()
     }
 
     /// Restores lengths after the trial of the whole step from `state` with the shift `sigma`; the trial has the energy

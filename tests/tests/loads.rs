@@ -1,0 +1,156 @@
+//! Loads, accelerations and temperatures in whole runs: against closed forms, against each other and in balance.
+
+use wireloom::geometry::Vector;
+use wireloom::{Run, Status, StepResult};
+use wireloom_testkit::balance::imbalance;
+use wireloom_tests::cables::{branch, built, connector, hanging, run, section};
+
+#[track_caller]
+fn converged(text: &str) -> Run {
+    let run = run(text);
+    assert_eq!(run.status(), Status::Converged, "{:?} {:?} {:?}", run.notes, run.events, run.fault());
+    run
+}
+
+fn end(run: &Run) -> &StepResult {
+    run.steps.last().expect("a step")
+}
+
+/// Largest distance of the nodes of two results, m.
+fn apart(a: &StepResult, b: &StepResult) -> f64 {
+    let of = |end: &StepResult| end.branches.iter().flat_map(|b| b.position.clone()).collect::<Vec<Vector>>();
+    of(a).iter().zip(of(b)).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+/// In the axes of a car its acceleration is a gravity against it: the same bits, at the beginning and in steps, and
+/// what a step does not give stays.
+#[test]
+fn an_acceleration_is_a_gravity_against_it() {
+    let of = |more: &str| converged(&hanging("car", 40, more));
+    let brakes = of("[[steps]]\nname = \"brake\"\nincrements = 4\nacceleration = [\"-3 m/s^2\", 0, 0]\n\
+                     [[steps]]\nname = \"on the moon\"\nincrements = 2\ngravity = [0, 0, -1.62]\n");
+    let turned = of("[[steps]]\nname = \"brake\"\nincrements = 4\ngravity = [3, 0, -9.81]\n\
+                     [[steps]]\nname = \"on the moon\"\nincrements = 2\ngravity = [3, 0, -1.62]\n");
+    for (a, b) in brakes.steps.iter().zip(&turned.steps) {
+        assert_eq!(a.branches, b.branches, "{}", a.name);
+        assert_eq!(a.energy, b.energy, "{}", a.name);
+    }
+    assert!(apart(&brakes.steps[0], &brakes.steps[1]) > 1e-3);
+    // TOML has keys of the root before its tables.
+    let text = hanging("car", 40, "").replace("schema = 1\n", "schema = 1\nacceleration = [-3, 0, 0]\n");
+    let from_start = converged(&text);
+    assert!(apart(end(&from_start), &brakes.steps[0]) < 1e-6);
+}
+
+/// A Y of three branches with everything at once; `LOADS` are its factors.
+fn harness(steps: &str) -> String {
+    let loads = r#"
+[[joints]]
+name = "J"
+model = "rigid-body"
+mass = "30 g"
+arms = [
+  { branch = "trunk", direction = [-1, 0, 0], up = [0, 0, 1], offset = [-0.01, 0, 0] },
+  { branch = "left", direction = [1, 0.7, 0], up = [0, 0, 1], offset = [0.01, 0.007, 0] },
+  { branch = "right", direction = [1, -0.7, 0], up = [0, 0, 1], offset = [0.01, -0.007, 0] },
+]
+[[loads]]
+name = "wind"
+span = [{ branch = "trunk", from = 0.05 }, { branch = "left" }]
+flow = { velocity = [4, 15, 6] }
+factor = 0
+[[loads]]
+name = "snow"
+span = { branch = "trunk", from = 0.1, to = 0.3 }
+force_per_length = [0, 0, "-2 N/m"]
+factor = 0
+[[loads]]
+name = "pull"
+at = { end = "C" }
+force = [0, 0.1, 0.3]
+moment = [0.002, 0, 0.001]
+follows = true
+factor = 0
+[[loads]]
+name = "hub"
+at = { joint = "J" }
+force = [0.4, 0.1, 0]
+follows = true
+factor = 0
+"#;
+    let section = section("cable").replace("axial", "thermal_expansion = \"17 ppm/K\"\naxial");
+    [
+        "schema = 1\nname = \"Y\"\nacceleration = [-3, 2, 0]\n",
+        &section,
+        &branch("trunk", ["A", "J"], "cable", 0.4, 40),
+        &branch("left", ["J", "B"], "cable", 0.3, 30),
+        &branch("right", ["J", "C"], "cable", 0.3, 30),
+        loads,
+        &connector("plug-A", "A", [0.0; 3]),
+        &connector("plug-B", "B", [0.63, 0.17, 0.0]),
+        steps,
+    ]
+    .concat()
+}
+
+const ALL: &str = r#"
+[[steps]]
+name = "all"
+increments = 4
+temperature = [{ change = "95 K" }]
+load = [
+  { load = "wind", factor = 1 },
+  { load = "snow", factor = 1 },
+  { load = "pull", factor = 1 },
+  { load = "hub", factor = 1 },
+]
+"#;
+
+/// The constraints bear exactly what acts: the certificate's balance, found again from the result alone.
+#[test]
+fn what_constraints_bear_is_what_acts() {
+    let text = harness(ALL);
+    let mut network = built(&text).network;
+    network.loads.iter_mut().for_each(|load| load.factor = 1.0);
+    let run = converged(&text);
+    let gravity = Vector::new(3.0, -2.0, -9.81);
+    let left = imbalance(&network, &gravity, end(&run));
+    // The forces of a curved cable are those at segments, the result has frames and positions at nodes: second order,
+    // 4e-4 of the forces here.
+    assert!(left.force < 1e-3 && left.moment < 1e-3, "{left:?}");
+    let quiet = imbalance(&built(&harness(ALL)).network, &gravity, end(&run));
+    assert!(quiet.force > 0.1, "the loads hardly matter: {quiet:?}");
+    assert_eq!(end(&run).stable, None);
+    assert!(end(&run).minimiser.iterations < 100, "{}", end(&run).minimiser.iterations);
+}
+
+/// Minimisers that go by the energy name what has none.
+#[test]
+fn loads_without_a_potential_are_refused_by_minimisers_of_energies() {
+    for (load, why) in [
+        ("at = { branch = \"cable\", s = 0.5 }\nforce = [1, 0, 0]\nfollows = true", "follows the cable"),
+        ("span = { branch = \"cable\" }\nforce_per_length = [1, 0, 0]\nfollows = true", "follows the cable"),
+        ("span = { branch = \"cable\" }\nflow = { velocity = [9, 0, 0] }", "is the drag of a flow"),
+    ] {
+        let text = hanging("x", 10, &format!("[minimiser]\nkind = \"lbfgs\"\n[[loads]]\nname = \"load\"\n{load}\n"));
+        let faults = wireloom::load(&text, &wireloom::registry()).err().expect("refused");
+        let said = wireloom::scenario::render(&text, &faults);
+        assert!(said.contains(&format!("load `load` {why}, which has no potential")), "{said}");
+    }
+}
+
+/// A temperature that comes and goes leaves nothing behind, and a longer cable hangs lower.
+#[test]
+fn a_cable_that_warms_up_sags_and_rises_again() {
+    let steps = "[[steps]]\nname = \"warm\"\nincrements = 2\n[[steps.temperature]]\nchange = 100\n\
+                 [[steps]]\nname = \"cold\"\nincrements = 2\n[[steps.temperature]]\nchange = 0\n";
+    let text = hanging("warm", 40, steps);
+    let run = converged(&text.replace("axial", "thermal_expansion = 1e-4\naxial"));
+    let start = converged(&hanging("warm", 40, ""));
+    let sag = |end: &StepResult| -end.branches[0].position[20].z;
+    // A chain of 1 m over 0.6 m: d sag/dL = 0.6 about; 1 % of a metre more.
+    let lower = sag(&run.steps[0]) - sag(end(&start));
+    assert!((0.004..0.008).contains(&lower), "{lower}");
+    assert!(apart(&run.steps[1], end(&start)) < 1e-7);
+    assert_eq!(run.steps[0].stable, Some(true));
+}
