@@ -1,0 +1,499 @@
+//! Equilibria of slightly changed scenarios, near the equilibrium at the end of a step.
+//!
+//! With r(x, p) the free part of the gradient of the energy, an equilibrium x(p) satisfies `r = 0`, so its derivative
+//! by a number p of the scenario is `dx/dp = −H⁻¹ ∂r/∂p`, with H the Hessian. [`Neighbourhood`] keeps the factor of H at
+//! the equilibrium. For a harness that is built of a scenario with a slightly different p it evaluates r at the old
+//! equilibrium, and solves with the kept factor: that step is the tangent, for every model and plugin, without code of
+//! their own. Further steps with the same factor (simplified Newton method; Deuflhard 2004, section 2.1.3) remove
+//! what is of higher order, so that what is found is an equilibrium, which the certificate confirms. No matrix is
+//! factorised.
+//!
+//! Differences of results of two such equilibria, one on each side, are derivatives of any result.
+//!
+//! **What is kept.** The path to the equilibrium is not computed again. Its history is that of the reference: memories
+//! of rods and constraints, anchors of friction, contact points, which constraints slip, and which ones still act.
+//! Targets, gravity, loads and poses of bodies are those that the steps of the changed scenario lead to
+//! ([`Neighbourhood::find`] walks through its plans). Where a step begins with a constraint that takes the cable where
+//! it is, the equilibrium at the beginning of that step is found in the same way first.
+
+use crate::contact::multipliers::{self, ContactHistory};
+use crate::report::clearance::Cables;
+use crate::report::requirements::Equilibrium;
+use crate::report::sheet::{Found, Here, Sheet};
+use crate::report::{EventLog, discretisation, result};
+use crate::steps::certificate::Certifier;
+use crate::steps::checkpoint::Checkpoint;
+use crate::steps::driver::Driver;
+use crate::steps::plan::journey_to_target;
+use crate::steps::run::steps_of;
+use crate::steps::stability::{Inspector, Stability};
+use crate::steps::step_result;
+use crate::start::layout;
+use std::collections::BTreeSet;
+use wireloom_core::conditions::{Conditions, ContactState, Partner};
+use wireloom_core::constraint::{Action, RotationHold};
+use wireloom_core::equilibrium::{MinimiserResult, RequirementResult, StepResult};
+use wireloom_core::minimiser::{Minimiser, Stop};
+use wireloom_core::network::Place;
+use wireloom_core::scales::nan_max;
+use wireloom_core::steps::{Schedule, Step};
+use wireloom_core::{Moment, Monitor, Network, Problem, State, Status, Tangent, Vector};
+
+/// Largest residual, relative to the scales of the branches and above round-off, at which a state is in balance: far
+/// below what a run needs, as results are subtracted from each other.
+const BALANCED: f64 = 1e-12;
+/// Largest residual that is accepted where further steps do not reduce it: round-off of what is not in the scales.
+const ACCEPTED: f64 = 1e-9;
+/// Largest violation of equations (in units of their scales) and of contact (in radii), likewise.
+const SATISFIED: f64 = 1e-12;
+/// Largest violation that is accepted where updates do not reduce it.
+const NEARLY_SATISFIED: f64 = 1e-8;
+/// Least reduction of a residual or a violation, as a fraction of the last one, that is progress.
+const PROGRESS: f64 = 0.5;
+/// Largest number of steps with the kept factor in one balance.
+const STEPS: usize = 40;
+/// Number of steps without progress after which there is none.
+const MISSES: usize = 4;
+/// Largest number of updates of multipliers.
+const UPDATES: usize = 60;
+/// Largest difference of targets (m, and of quaternions) that are the same.
+const SAME_TARGET: f64 = 1e-9;
+
+/// Reason why an equilibrium near the reference was not found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NotFound {
+    /// The reference is at the end of a step that did not converge.
+    #[error("there is no converged equilibrium")]
+    NotConverged,
+    /// The reference is unstable.
+    #[error("the equilibrium is not stable: it has no neighbour that the harness would stay in")]
+    Unstable,
+    /// The reference is neutral.
+    #[error("the equilibrium is neutral (a motion changes its energy by round-off only), as at a limit point")]
+    Neutral,
+    /// The changed harness has other nodes or parts.
+    #[error("the mesh or the parts of the harness change")]
+    OtherParts,
+    /// The targets of the reference do not follow from its steps.
+    #[error("the targets of the constraints do not follow from the steps alone")]
+    OtherPath,
+    /// The steps with the kept factor did not lead to an equilibrium.
+    #[error("no equilibrium found nearby (residual {0:.1e}): the equilibrium changes abruptly")]
+    Unbalanced(f64),
+    /// Contact or equations were not satisfied.
+    #[error("contact or equations of constraints are not satisfied nearby (violation {0:.1e})")]
+    Violated(f64),
+    /// A part failed.
+    #[error("a part failed: {0}")]
+    Fault(String),
+}
+
+/// An equilibrium near the reference.
+#[derive(Clone, Debug)]
+pub struct Nearby {
+    /// Result, without stability and what belongs to the path.
+    pub end: StepResult,
+    /// The sheet of this equilibrium alone, without discretisation errors; empty if it was not asked for.
+    pub requirements: Vec<RequirementResult>,
+    /// Distance from the reference: largest move relative to the longest branch, or largest turn (rad).
+    pub distance: f64,
+    /// Contact points that touch, with their partners.
+    pub touching: BTreeSet<(u32, Partner)>,
+}
+
+/// The equilibrium at the end of a step, and the equilibria of slightly changed scenarios near it.
+pub struct Neighbourhood<'n> {
+    network: &'n Network,
+    stop: Stop,
+    /// Index of the step.
+    step: usize,
+    /// References: at the beginning of each step up to this one (where an equilibrium there is needed), and at the end
+    /// of this one.
+    references: Vec<Reference<'n>>,
+}
+
+/// A reference on the path.
+enum Reference<'n> {
+    /// Only what is kept of it is needed.
+    Passed(Box<Checkpoint>),
+    /// Its neighbours are needed.
+    Kept(Box<Kept<'n>>),
+}
+
+impl Reference<'_> {
+    fn checkpoint(&self) -> &Checkpoint {
+        match self {
+            Reference::Passed(checkpoint) => checkpoint,
+            Reference::Kept(kept) => &kept.checkpoint,
+        }
+    }
+}
+
+impl<'n> Neighbourhood<'n> {
+    /// Neighbourhood of the end of a step. `path`: the checkpoints at the beginning of each step up to this one, then
+    /// that at its end ([`crate::steps::interactive::InteractiveDriver::advance`]).
+    ///
+    /// # Errors
+    /// If it is no equilibrium that has neighbours.
+    ///
+    /// # Panics
+    /// If there are fewer than two checkpoints.
+    pub fn new(
+        network: &'n Network,
+        schedule: &Schedule,
+        stop: &Stop,
+        minimiser: &mut dyn Minimiser,
+        path: Vec<Checkpoint>,
+    ) -> Result<Self, NotFound> {
+        let (step, steps) = (path.len() - 2, steps_of(schedule));
+        let reference = |(k, checkpoint): (usize, Checkpoint)| {
+            let checkpoint = Box::new(Checkpoint { log: EventLog::default(), ..checkpoint });
+            let takes = k <= step && takes_where_it_is(network, &steps[k]);
+            if takes || k > step {
+                Kept::new(network, checkpoint).map(|kept| Reference::Kept(Box::new(kept)))
+            } else {
+                Ok(Reference::Passed(checkpoint))
+            }
+        };
+        let references = path.into_iter().enumerate().map(reference).collect::<Result<Vec<_>, NotFound>>()?;
+        let mut new = Self { network, stop: *stop, step, references };
+        // What follows from the plans alone must be what the run led to.
+        let (walked, _) = new.walk(network, schedule, minimiser)?;
+        let reached = &new.references[step + 1].checkpoint().conditions;
+        let same = |f: usize| {
+            let [a, b] = [&walked.targets[f], &reached.targets[f]];
+            let [p, q] = [a, b].map(|pose| pose.orientation.coords);
+            let turned = (p - q).norm().min((p + q).norm());
+            !reached.active[f] || (a.position - b.position).norm() <= SAME_TARGET && turned <= SAME_TARGET
+        };
+        let loads = walked.load_factors.iter().zip(&reached.load_factors).all(|(a, b)| (a - b).abs() <= SAME_TARGET);
+        let gravity = (walked.gravity - reached.gravity).norm() <= SAME_TARGET;
+        let all = (0..network.constraints.len()).all(same) && loads && gravity;
+        if all { Ok(new) } else { Err(NotFound::OtherPath) }
+    }
+
+    /// The equilibrium of a slightly changed harness and schedule near the reference, with its sheet if `sheet` says so.
+    /// `minimiser` is one of the changed scenario; it finds nothing.
+    ///
+    /// # Errors
+    /// If there is none, or the change is too large.
+    pub fn find(
+        &mut self,
+        network: &Network,
+        schedule: &Schedule,
+        minimiser: &mut dyn Minimiser,
+        sheet: bool,
+    ) -> Result<Nearby, NotFound> {
+        let alike = self.references.iter().all(|reference| reference.checkpoint().fits(network));
+        if !alike || !same_places(self.network, network) {
+            return Err(NotFound::OtherParts);
+        }
+        let (walked, _) = self.walk(network, schedule, minimiser)?;
+        let step = self.step;
+        let settled = self.settle(step + 1, network, &walked)?;
+        let moment = Moment { step: steps_of(schedule)[step].name.clone(), step_index: step, increment: 0 };
+        settled.measured(&self.stop, moment, sheet)
+    }
+
+    /// Whether the equilibrium depends on its history: friction, slip, or a part that remembers.
+    pub fn has_history(&self) -> bool {
+        let conditions = &self.references[self.step + 1].checkpoint().conditions;
+        let slides = self.network.slides.iter().any(|site| site.friction > 0.0 && conditions.active[site.constraint]);
+        slides
+            || conditions.contact.records.iter().any(|record| record.anchor.is_some())
+            || conditions.rods.iter().any(|own| !own.memory.is_empty())
+            || conditions.constraints.iter().zip(&conditions.active).any(|(own, acts)| *acts && !own.memory.is_empty())
+    }
+
+    /// Name of a branch and what it touches at a contact point.
+    pub fn words(&self, (point, partner): (u32, Partner)) -> String {
+        let Reference::Kept(kept) = &self.references[self.step + 1] else { unreachable!("the end is always kept") };
+        let branch = &self.network.branches[kept.problem.contact().point(point).branch].name;
+        match (partner.obstacle(), partner.branch()) {
+            (Some(obstacle), _) => {
+                format!("branch `{branch}` and obstacle `{}`", self.network.obstacles[obstacle as usize].name)
+            }
+            (None, Some(other)) => format!("branches `{branch}` and `{}`", self.network.branches[other].name),
+            (None, None) => format!("branch `{branch}`"),
+        }
+    }
+
+    /// Conditions at the end of the step, as far as they follow from the plans of the steps, and the state at its
+    /// beginning.
+    fn walk(
+        &mut self,
+        network: &Network,
+        schedule: &Schedule,
+        minimiser: &mut dyn Minimiser,
+    ) -> Result<(Conditions, State), NotFound> {
+        let laid_out = layout::place(network, schedule);
+        let mut problem = Problem::new(network, Conditions::new(network, schedule.gravity, &laid_out));
+        for (f, constraint) in network.constraints.iter().enumerate().filter(|(_, constraint)| constraint.from_start) {
+            let from = problem.conditions().constraints[f].base;
+            problem.set_target(f, journey_to_target(f, constraint, from).at(1.0));
+        }
+        let (mut walked, mut state) = (problem.conditions().clone(), laid_out);
+        for (k, step) in steps_of(schedule)[..=self.step].iter().enumerate() {
+            if matches!(self.references[k], Reference::Kept(_)) {
+                state = self.settle(k, network, &walked)?.state;
+            } else {
+                state = on_network(self.network, &self.references[k].checkpoint().state, network);
+            }
+            let reached = self.references[k].checkpoint();
+            let conditions = merged(&reached.conditions, &walked);
+            let checkpoint = Checkpoint { conditions, state: state.clone(), ..reached.clone() };
+            let monitor = Monitor::default();
+            let (mut driver, _) = Driver::at_checkpoint(network, minimiser, &self.stop, checkpoint, &monitor);
+            let plan = driver.begin_step(step, k == 0, &mut Vec::new());
+            plan.apply(&mut driver.problem, 1.0);
+            walked = driver.problem.conditions().clone();
+        }
+        Ok((walked, state))
+    }
+
+    /// The equilibrium of a changed harness near a reference, under conditions of which targets and loads are `walked`.
+    fn settle<'m>(&mut self, k: usize, network: &'m Network, walked: &Conditions) -> Result<Settled<'m>, NotFound> {
+        let Reference::Kept(kept) = &mut self.references[k] else { unreachable!("it was kept for this") };
+        let mut problem = Problem::new(network, merged(&kept.checkpoint.conditions, walked));
+        let mut state = on_network(self.network, &kept.checkpoint.state, network);
+        let distance = kept.settle(&mut problem, &mut state)?;
+        Ok(Settled { problem, state, distance })
+    }
+}
+
+/// An equilibrium with a kept factor.
+struct Kept<'n> {
+    /// Its conditions and its state, balanced beyond the tolerance of the run.
+    checkpoint: Box<Checkpoint>,
+    problem: Problem<'n>,
+    inspector: Inspector,
+    // Scratch:
+    gradient: Tangent,
+    free: Tangent,
+    motion: Tangent,
+    from: State,
+}
+
+impl<'n> Kept<'n> {
+    fn new(network: &'n Network, checkpoint: Box<Checkpoint>) -> Result<Self, NotFound> {
+        let mut kept = Self {
+            problem: Problem::new(network, checkpoint.conditions.clone()),
+            inspector: Inspector::new(&Problem::new(network, checkpoint.conditions.clone())),
+            gradient: Tangent::zeros(network),
+            free: Tangent::zeros(network),
+            motion: Tangent::zeros(network),
+            from: checkpoint.state.clone(),
+            checkpoint,
+        };
+        kept.factorise()?;
+        let mut problem = Problem::new(network, kept.checkpoint.conditions.clone());
+        let mut state = kept.checkpoint.state.clone();
+        kept.settle(&mut problem, &mut state)?;
+        kept.checkpoint.state = state;
+        kept.checkpoint.conditions = problem.conditions().clone();
+        kept.problem = problem;
+        // With the multipliers that were found, at the state that was found.
+        kept.factorise()?;
+        Ok(kept)
+    }
+
+    /// Factorises the Hessian at the reference.
+    fn factorise(&mut self) -> Result<(), NotFound> {
+        let Self { checkpoint, problem, inspector, gradient, .. } = self;
+        let state = &checkpoint.state;
+        problem.update_held(state);
+        problem.gradient(state, gradient);
+        let inspection = inspector.inspect(problem, state, gradient);
+        match inspection.stability {
+            Stability::Stable => {}
+            Stability::Neutral if inspection.is_uncertain => {}
+            Stability::Neutral => return Err(NotFound::Neutral),
+            Stability::Unstable => return Err(NotFound::Unstable),
+        }
+        if problem.has_dead_moments() {
+            inspector.prepare_moments(problem, state);
+        }
+        Ok(())
+    }
+
+    /// Moves `state` to the equilibrium of `problem`, a slightly changed one, with multipliers. Returns the distance.
+    fn settle(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
+        let mut history = ContactHistory::with_penalties_kept();
+        let (mut last, mut misses, mut distance) = (f64::INFINITY, 0, 0.0);
+        for _ in 0..UPDATES {
+            distance += self.balance(problem, state)?;
+            if let Some((_, _, message)) = problem.fault(true) {
+                return Err(NotFound::Fault(message));
+            }
+            let equations = problem.worst_residual(state).map_or(0.0, |worst| worst.violation);
+            problem.find_contacts(state);
+            let gaps = problem.contact().found().iter().map(|contact| contact.gap.abs() / contact.radius);
+            let violation = gaps.fold(equations, nan_max);
+            misses = if violation <= PROGRESS * last { 0 } else { misses + 1 };
+            last = violation.min(last);
+            if violation <= SATISFIED || misses >= MISSES && violation <= NEARLY_SATISFIED {
+                return Ok(distance);
+            }
+            // Penalties are part of the kept factor.
+            multipliers::update_constraints(problem, state, f64::INFINITY, &mut Vec::new());
+            multipliers::update_contacts(problem, state, &mut history);
+        }
+        Err(NotFound::Violated(last))
+    }
+
+    /// Moves `state` to the minimum of `problem` under its multipliers, by steps with the kept factor. Returns the
+    /// length of the first step: largest move relative to the longest branch, or largest turn (rad).
+    fn balance(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
+        let (mut last, mut misses, mut distance) = (f64::INFINITY, 0, None);
+        for _ in 0..STEPS {
+            problem.update_held(state);
+            let moves = problem.motion(state, &mut self.motion);
+            problem.gradient(state, &mut self.gradient);
+            self.free.copy_from(&self.gradient);
+            problem.free_part(&mut self.free);
+            let residual = problem.residual(&self.free);
+            if !moves {
+                misses = if residual <= PROGRESS * last { 0 } else { misses + 1 };
+                last = residual.min(last);
+                if residual <= BALANCED || misses > 0 && residual <= ACCEPTED {
+                    return Ok(distance.unwrap_or(0.0));
+                }
+            }
+            if misses >= MISSES || residual.is_nan() {
+                return Err(NotFound::Unbalanced(residual));
+            }
+            let motion = moves.then_some(&self.motion);
+            let step = self.inspector.step_near(&self.problem, state, &self.gradient, motion);
+            let largest = |all: &[Vector]| all.iter().map(Vector::norm).fold(0.0, nan_max);
+            distance.get_or_insert(nan_max(largest(&step.points) / problem.scales().length, largest(&step.frames)));
+            self.from.copy_from(state);
+            problem.retract(&self.from, step, 1.0, state);
+            problem.place_held(state);
+        }
+        Err(NotFound::Unbalanced(last))
+    }
+}
+
+/// An equilibrium that was found.
+struct Settled<'m> {
+    problem: Problem<'m>,
+    state: State,
+    distance: f64,
+}
+
+impl Settled<'_> {
+    /// Its results, once the certificate has confirmed it.
+    fn measured(self, stop: &Stop, moment: Moment, sheet: bool) -> Result<Nearby, NotFound> {
+        let Self { mut problem, state, distance } = self;
+        let network = problem.network;
+        let mut certifier = Certifier::new(network);
+        let certificate = certifier.certify(&mut problem, &state, stop, Status::Stalled);
+        if certificate.grade != Status::Converged {
+            return Err(NotFound::Unbalanced(certificate.residual));
+        }
+        let touching = problem.touching_points(&state);
+        let branch = |b: usize| result::branch(&problem, b, &state, &touching);
+        let branches = (0..network.branches.len()).map(branch).collect();
+        let minimiser = MinimiserResult {
+            kind: "kept factor".to_owned(),
+            device: None,
+            iterations: 0,
+            polish: 0,
+            factorisations: 0,
+            seconds: 0.0,
+            force_residual: certificate.residual,
+            shape_error: None,
+            constraint_residual: certificate.constraint.map(|worst| worst.violation),
+        };
+        let end = step_result::equilibrium(&mut problem, &state, &certifier.gradient, branches, &touching, minimiser);
+        let requirements = if sheet { sheet_of(&mut problem, &state, &end, &moment) } else { Vec::new() };
+        let pressed = problem.contact().found().iter().filter(|contact| contact.force > 0.0);
+        let touching = pressed.map(|contact| (contact.point, contact.partner)).collect();
+        Ok(Nearby { end: StepResult { name: moment.step, ..end }, requirements, distance, touching })
+    }
+}
+
+/// The sheet of an equilibrium at the end of a step.
+fn sheet_of(problem: &mut Problem<'_>, state: &State, end: &StepResult, moment: &Moment) -> Vec<RequirementResult> {
+    let network = problem.network;
+    let errors = discretisation::estimate(problem, state, &end.branches, None);
+    let cables = Cables::new(network, &end.branches);
+    let results = (&end.branches[..], &end.constraints[..], &[][..], &cables);
+    let at = (Some(moment.step_index), true);
+    let equilibrium = Equilibrium::new(problem, state, state, results, &errors, at);
+    // Which place is the worst must not depend on estimates of its error.
+    let certain = |found: Vec<Found>| found.into_iter().map(|found| Found { error: None, ..found }).collect();
+    let found = network.requirements.iter().map(|requirement| certain(equilibrium.values(requirement))).collect();
+    let mut sheet = Sheet::default();
+    sheet.add(&network.requirements, found, moment, Here::End);
+    sheet.lines(network, Status::Converged)
+}
+
+/// Conditions that a run reached, with the targets, loads and poses of others.
+fn merged(reached: &Conditions, walked: &Conditions) -> Conditions {
+    let mut constraints = reached.constraints.clone();
+    for (own, walked) in constraints.iter_mut().zip(&walked.constraints) {
+        (own.base, own.progress) = (walked.base, walked.progress);
+        own.beside.clone_from(&walked.beside);
+    }
+    Conditions {
+        gravity: walked.gravity,
+        load_factors: walked.load_factors.clone(),
+        targets: walked.targets.clone(),
+        constraints,
+        contact: ContactState { poses: walked.contact.poses.clone(), ..reached.contact.clone() },
+        ..reached.clone()
+    }
+}
+
+/// A state on a network with the same nodes, whose segments may have other lengths.
+fn on_network(from: &Network, state: &State, to: &Network) -> State {
+    let (old, new) = (State::origin(from), State::origin(to));
+    let mut moved = state.clone();
+    for (length, (old, new)) in moved.rest_lengths.iter_mut().zip(old.rest_lengths.iter().zip(&new.rest_lengths)) {
+        *length += new - old;
+    }
+    for branch in &to.branches {
+        let lengths = &moved.rest_lengths[branch.points.start..branch.points.end - 1];
+        branch.rod.mesh().couple(lengths, &mut moved.coupling_lengths[branch.frames.start..branch.frames.end - 1]);
+    }
+    to.follow_ties(&mut moved);
+    moved
+}
+
+/// Whether the stations and attachments of two networks are at the same nodes.
+fn same_places(one: &Network, other: &Network) -> bool {
+    let stations =
+        |network: &Network| network.branches.iter().map(|b| b.rod.mesh().stations.clone()).collect::<Vec<_>>();
+    let places = |network: &Network| network.constraints.iter().map(|c| c.places.clone()).collect::<Vec<_>>();
+    let loads = |network: &Network| network.loads.iter().map(|load| load.point).collect::<Vec<_>>();
+    stations(one) == stations(other) && places(one) == places(other) && loads(one) == loads(other)
+}
+
+/// Whether the state at the beginning of a step decides on what follows in it: a constraint begins without a target of
+/// its own, at several places, or on a mesh that moves.
+fn takes_where_it_is(network: &Network, step: &Step) -> bool {
+    step.add.iter().any(|&f| {
+        let constraint = &network.constraints[f];
+        let turns = match constraint.model.action() {
+            Action::Prescribed(hold) => hold.rotation != RotationHold::Free,
+            _ => true,
+        };
+        let own = step.moves.iter().find(|m| m.carried.iter().any(|carried| carried.constraint == f));
+        let given = match own {
+            Some(own) => {
+                let alone = own.carried.len() == 1 && own.origin == (None, None) && own.track.spin == 0.0;
+                alone && !own.track.positions.is_empty() && (!turns || !own.track.turns.is_empty())
+            }
+            None => {
+                let turned = constraint.orientation.is_some() || constraint.tangent.is_some();
+                constraint.position.is_some() && (!turns || turned)
+            }
+        };
+        let on_moving_mesh = constraint.places.iter().any(|place| match *place {
+            Place::Node { branch, .. } => network.branches[branch].mesh_moves,
+            Place::Joint(_) => false,
+        });
+        !given || constraint.stations.len() > 1 || on_moving_mesh
+    })
+}
