@@ -36,6 +36,7 @@
 
 use serde::Serialize;
 use wireloom_core::equilibrium::{Outcome, PartFault, Run, StepResult};
+use wireloom_core::network::Branch;
 use wireloom_core::requirement::{Measure, Origin, RequirementResult};
 use wireloom_core::{EventPlace, Monitor, Network, Registry, Status};
 use wireloom_export::ending::Ending;
@@ -53,13 +54,13 @@ const STEP: f64 = 1e-4;
 const STEP_FROM_ZERO: f64 = 1e-6;
 /// Distance that a step should move the harness: move relative to the longest branch, or turn (rad). Higher-order
 /// terms grow with its square times EA L²/EI, differences of forces are round-off of EA over it.
-pub const MOVES: f64 = 2e-5;
+pub const MOVES: f64 = 2e-4;
 /// Distance from which on a step is made smaller.
-const FAR: f64 = 1e-4;
+const FAR: f64 = 1e-3;
 /// Distance up to which a step is made larger.
-const NEAR: f64 = 1e-6;
+const NEAR: f64 = 5e-5;
 /// Largest step of a parameter that hardly moves the harness, as a fraction of its size.
-const LARGEST_STEP: f64 = 1e-3;
+const LARGEST_STEP: f64 = 3e-4;
 /// Number of times that a step is changed.
 const STEP_CHANGES: usize = 3;
 /// Factor on a step at which no equilibrium was found.
@@ -68,11 +69,13 @@ const CUT: f64 = 1.0 / 30.0;
 const CLOSER: f64 = 0.25;
 /// Difference of the derivatives to both sides, relative to the larger one, that is smooth for sure.
 const SMOOTH: f64 = 1e-2;
-/// Largest ratio of the differences of the derivatives to both sides of the closer pair and of the first one, for a
-/// smooth function: [`CLOSER`], with room for higher orders.
-const SHRINKS: f64 = 0.5;
+/// Ratio of the differences of the derivatives to both sides of the closer pair and of the first one, for a smooth
+/// function: [`CLOSER`], with room for higher orders.
+const SHRINKS: [f64; 2] = [0.15, 0.4];
 /// Round-off of an output relative to the size of the quantity in the harness.
-const ROUND_OFF: f64 = 1e-11;
+const ROUND_OFF: f64 = 1e-12;
+/// Number of rounding errors of the strains that add up in a force.
+const ROUNDINGS: f64 = 20.0;
 
 /// What is asked about a scenario.
 #[derive(Clone)]
@@ -241,7 +244,7 @@ pub fn answer(question: &Question<'_>) -> Result<Sensitivities, NoAnswer> {
     let here = here.map_err(not_differentiable)?;
     let here = catalogue.measured(&scenario, &own.network, here);
     let names = catalogue.names(question.of, &here)?;
-    let outputs: Vec<Asked> = names.iter().map(|name| Asked::new(name, &here, &ended.end)).collect();
+    let outputs: Vec<Asked> = names.iter().map(|name| Asked::new(name, &here, &network)).collect();
     let mut around = Around { question, scenario: &scenario, catalogue: &catalogue, neighbourhood, sheet };
     let mut columns = Vec::with_capacity(parameters.len());
     for (parameter, scale) in &parameters {
@@ -434,26 +437,37 @@ struct Asked {
 }
 
 impl Asked {
-    fn new(name: &str, here: &Measured, end: &StepResult) -> Self {
+    fn new(name: &str, here: &Measured, network: &Network) -> Self {
         let requirement = here.requirements.iter().find(|line| line.name == name);
         let unit = requirement.map_or_else(|| unit_of(name), |line| line.measure.unit());
         let value = here.value(name);
-        let largest = |of: fn(&wireloom_core::equilibrium::BranchResult) -> &Vec<wireloom_core::Vector>| {
-            end.branches.iter().flat_map(of).map(|v| v.norm()).fold(0.0, f64::max)
-        };
-        let e = &end.energy;
-        let size = match unit {
-            "m" => end.branches.iter().filter_map(|b| b.s.last()).copied().fold(0.0, f64::max),
-            "N" => largest(|branch| &branch.force),
-            "N m" => largest(|branch| &branch.moment),
-            "J" => [e.stretch, e.shear, e.bend, e.twist, e.gravity, e.load, e.joint, e.constraint]
-                .iter()
-                .map(|e| e.abs())
-                .sum(),
-            _ => 1.0,
-        };
-        let noise = ROUND_OFF * value.map_or(size, |value| size.max(value.abs()));
+        let noise = noise(unit, &here.near.end, network).max(ROUND_OFF * value.unwrap_or(0.0).abs());
         Self { name: name.to_owned(), unit, value, noise }
+    }
+}
+
+/// Round-off of a quantity with this unit. The strains of a cable are exact to some rounding errors ε, so its forces to
+/// ε EA, its moments to ε EA ℓ with segments of length ℓ, and over a length L its turns to ε EA ℓ L/EI or L/GJ.
+fn noise(unit: &str, end: &StepResult, network: &Network) -> f64 {
+    let of_branch = |branch: &Branch| {
+        let (mesh, section) = (branch.rod.mesh(), &branch.section);
+        let length = mesh.length();
+        let force = ROUNDINGS * f64::EPSILON * section.axial_stiffness;
+        let moment = force * length / mesh.segments() as f64;
+        let [one, other] = section.bending_stiffness;
+        let turn = moment * length / one.min(other).min(section.torsion_stiffness);
+        match unit {
+            "N" => force,
+            "N m" => moment,
+            "m" => length * turn.max(ROUND_OFF),
+            _ => turn.max(ROUND_OFF),
+        }
+    };
+    let e = &end.energy;
+    let energies = [e.stretch, e.shear, e.bend, e.twist, e.gravity, e.load, e.joint, e.constraint];
+    match unit {
+        "J" => ROUND_OFF * energies.iter().map(|e| e.abs()).sum::<f64>(),
+        _ => network.branches.iter().map(of_branch).fold(0.0, f64::max),
     }
 }
 
@@ -513,7 +527,8 @@ impl Around<'_, '_> {
             }
             let pair = closer.as_ref().unwrap_or(&first);
             let two = Differences::new(asked, value, CLOSER * h, pair);
-            let smooth = two.are_smooth(asked) || two.shrink(&one, asked);
+            // A closer pair alone shows nothing: it may be between two kinks.
+            let smooth = two.are_curved(&one, asked);
             all.push(if smooth && !differs(pair, &asked.name) {
                 Derivative { value: two.central(), ..Derivative::default() }
             } else {
@@ -655,9 +670,15 @@ impl Differences {
         self.gap().is_some_and(|(gap, larger)| gap <= SMOOTH * larger + 4.0 * asked.noise / self.h)
     }
 
-    /// Whether they agree better than those of a larger step, as curvature makes them.
-    fn shrink(&self, wider: &Differences, asked: &Asked) -> bool {
-        let (Some((gap, _)), Some((wide, _))) = (self.gap(), wider.gap()) else { return false };
-        gap <= SHRINKS * wide + 4.0 * asked.noise / self.h
+    /// Whether they differ as curvature makes them, beside those of a larger step: in proportion to the step, with the
+    /// same central difference.
+    fn are_curved(&self, wider: &Differences, asked: &Asked) -> bool {
+        let (Some((gap, _)), Some((wide, larger))) = (self.gap(), wider.gap()) else { return false };
+        let (Some(one), Some(other)) = (self.central(), wider.central()) else { return false };
+        let noise = 4.0 * asked.noise / self.h;
+        let [least, most] = SHRINKS;
+        least * wide - noise <= gap
+            && gap <= most * wide + noise
+            && (one - other).abs() <= SMOOTH * larger.max(wide) + noise
     }
 }

@@ -39,15 +39,13 @@ use wireloom_core::scales::nan_max;
 use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Moment, Monitor, Network, Problem, State, Status, Tangent, Vector};
 
-/// Largest residual, relative to the scales of the branches and above round-off, at which a state is in balance: far
-/// below what a run needs, as results are subtracted from each other.
+/// Largest residual, relative to the scales of the branches and above round-off, of a state in balance that further
+/// steps do not improve: round-off of what is not in the scales.
 const BALANCED: f64 = 1e-12;
-/// Largest residual that is accepted where further steps do not reduce it: round-off of what is not in the scales.
-const ACCEPTED: f64 = 1e-9;
+/// The same as a fraction of the largest residual on the way, and for violations: the accuracy of differences.
+const ACCURACY: f64 = 1e-6;
 /// Largest violation of equations (in units of their scales) and of contact (in radii), likewise.
 const SATISFIED: f64 = 1e-12;
-/// Largest violation that is accepted where updates do not reduce it.
-const NEARLY_SATISFIED: f64 = 1e-8;
 /// Least reduction of a residual or a violation, as a fraction of the last one, that is progress.
 const PROGRESS: f64 = 0.5;
 /// Largest number of steps with the kept factor in one balance.
@@ -272,6 +270,8 @@ struct Kept<'n> {
     free: Tangent,
     motion: Tangent,
     from: State,
+    /// Largest residual since the last call of [`Self::settle`].
+    largest: f64,
 }
 
 impl<'n> Kept<'n> {
@@ -283,6 +283,7 @@ impl<'n> Kept<'n> {
             free: Tangent::zeros(network),
             motion: Tangent::zeros(network),
             from: checkpoint.state.clone(),
+            largest: 0.0,
             checkpoint,
         };
         kept.factorise()?;
@@ -320,6 +321,8 @@ impl<'n> Kept<'n> {
     fn settle(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
         let mut history = ContactHistory::with_penalties_kept();
         let (mut last, mut misses, mut distance) = (f64::INFINITY, 0, 0.0);
+        let mut most = 0.0_f64;
+        self.largest = 0.0;
         for _ in 0..UPDATES {
             distance += self.balance(problem, state)?;
             if let Some((_, _, message)) = problem.fault(true) {
@@ -331,7 +334,8 @@ impl<'n> Kept<'n> {
             let violation = gaps.fold(equations, nan_max);
             misses = if violation <= PROGRESS * last { 0 } else { misses + 1 };
             last = violation.min(last);
-            if violation <= SATISFIED || misses >= MISSES && violation <= NEARLY_SATISFIED {
+            most = most.max(violation);
+            if violation <= SATISFIED || misses >= MISSES && violation <= ACCURACY * most {
                 return Ok(distance);
             }
             // Penalties are part of the kept factor.
@@ -351,11 +355,14 @@ impl<'n> Kept<'n> {
             problem.gradient(state, &mut self.gradient);
             self.free.copy_from(&self.gradient);
             problem.free_part(&mut self.free);
-            let residual = problem.residual(&self.free);
+            // Round-off included: results are subtracted from each other, so steps go on as long as they help.
+            let residual = problem.whole_residual(&self.free);
             if !moves {
                 misses = if residual <= PROGRESS * last { 0 } else { misses + 1 };
                 last = residual.min(last);
-                if residual <= BALANCED || misses > 0 && residual <= ACCEPTED {
+                self.largest = self.largest.max(residual);
+                let balanced = || residual <= ACCURACY * self.largest || problem.residual(&self.free) <= BALANCED;
+                if residual == 0.0 || misses > 0 && balanced() {
                     return Ok(distance.unwrap_or(0.0));
                 }
             }
@@ -363,7 +370,8 @@ impl<'n> Kept<'n> {
                 return Err(NotFound::Unbalanced(residual));
             }
             let motion = moves.then_some(&self.motion);
-            let step = self.inspector.step_near(&self.problem, state, &self.gradient, motion);
+            // The free part: its directions may be others than those of the reference.
+            let step = self.inspector.step_near(&self.problem, state, &self.free, motion);
             let largest = |all: &[Vector]| all.iter().map(Vector::norm).fold(0.0, nan_max);
             distance.get_or_insert(nan_max(largest(&step.points) / problem.scales().length, largest(&step.frames)));
             self.from.copy_from(state);
