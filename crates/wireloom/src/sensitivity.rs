@@ -52,6 +52,8 @@ use wireloom_solve::steps::{Interruption, steps_of};
 const STEP: f64 = 1e-4;
 /// Step of a parameter that is zero, SI, before it is known how far it moves the harness.
 const STEP_FROM_ZERO: f64 = 1e-6;
+/// Largest step of such a parameter, SI.
+const LARGEST_FROM_ZERO: f64 = 1e-2;
 /// Distance that a step should move the harness: move relative to the longest branch, or turn (rad). Higher-order
 /// terms grow with its square times EA L²/EI, differences of forces are round-off of EA over it.
 pub const MOVES: f64 = 2e-4;
@@ -540,7 +542,7 @@ impl Around<'_, '_> {
 
     /// A step that moves the harness neither too far nor too little, and the results of both sides.
     fn suitable_step(&mut self, parameter: &Parameter, scale: f64) -> Result<(f64, Pair), NoAnswer> {
-        let largest = if scale > 0.0 { LARGEST_STEP * scale } else { f64::INFINITY };
+        let largest = if scale > 0.0 { LARGEST_STEP * scale } else { LARGEST_FROM_ZERO };
         let mut h = if scale > 0.0 { STEP * scale } else { STEP_FROM_ZERO };
         let mut pair = self.pair(parameter, h)?;
         for _ in 0..STEP_CHANGES {

@@ -78,6 +78,9 @@ pub enum NotFound {
     /// The steps with the kept factor did not lead to an equilibrium.
     #[error("no equilibrium found nearby (residual {0:.1e}): the equilibrium changes abruptly")]
     Unbalanced(f64),
+    /// Other points touch.
+    #[error("contact changes")]
+    OtherContacts,
     /// Contact or equations were not satisfied.
     #[error("contact or equations of constraints are not satisfied nearby (violation {0:.1e})")]
     Violated(f64),
@@ -272,6 +275,8 @@ struct Kept<'n> {
     from: State,
     /// Largest residual since the last call of [`Self::settle`].
     largest: f64,
+    /// Contacts of the reference; `None` before they are known.
+    touching: Option<BTreeSet<(u32, Partner)>>,
 }
 
 impl<'n> Kept<'n> {
@@ -284,6 +289,7 @@ impl<'n> Kept<'n> {
             motion: Tangent::zeros(network),
             from: checkpoint.state.clone(),
             largest: 0.0,
+            touching: None,
             checkpoint,
         };
         kept.factorise()?;
@@ -292,6 +298,7 @@ impl<'n> Kept<'n> {
         kept.settle(&mut problem, &mut state)?;
         kept.checkpoint.state = state;
         kept.checkpoint.conditions = problem.conditions().clone();
+        kept.touching = Some(pressed(&problem));
         kept.problem = problem;
         // With the multipliers that were found, at the state that was found.
         kept.factorise()?;
@@ -336,6 +343,10 @@ impl<'n> Kept<'n> {
             last = violation.min(last);
             most = most.max(violation);
             if violation <= SATISFIED || misses >= MISSES && violation <= ACCURACY * most {
+                problem.gradient(state, &mut self.free);
+                if self.keep_contacts(problem, state) {
+                    return Err(NotFound::OtherContacts);
+                }
                 return Ok(distance);
             }
             // Penalties are part of the kept factor.
@@ -345,6 +356,30 @@ impl<'n> Kept<'n> {
         Err(NotFound::Violated(last))
     }
 
+    /// Makes the whole gradient at `state` that of the contacts of the reference: they pull where they have opened, and
+    /// others do not push. The kept factor is that of these contacts; a small motion of a body opens those with a small
+    /// force, and would leave it without them. Returns whether there are such contacts.
+    fn keep_contacts(&mut self, problem: &Problem<'_>, state: &State) -> bool {
+        let Some(touching) = &self.touching else { return false };
+        let contact = problem.contact();
+        let opened = contact.approaching().iter().filter(|c| touching.contains(&(c.point, c.partner)));
+        let others = contact.found().iter().filter(|c| !touching.contains(&(c.point, c.partner)));
+        let all = opened.map(|contact| (contact, -1.0)).chain(others.map(|contact| (contact, 1.0)));
+        self.gradient.clear();
+        let mut any = false;
+        for (contact, sign) in all {
+            any = true;
+            for (point, weight, _) in problem.contact().places(problem.system(), contact) {
+                self.gradient.points[point] += contact.normal * (sign * contact.force * weight);
+            }
+        }
+        if any {
+            problem.network.pull_back(state, &mut self.gradient);
+            self.free.add_scaled(1.0, &self.gradient);
+        }
+        any
+    }
+
     /// Moves `state` to the minimum of `problem` under its multipliers, by steps with the kept factor. Returns the
     /// length of the first step: largest move relative to the longest branch, or largest turn (rad).
     fn balance(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
@@ -352,8 +387,8 @@ impl<'n> Kept<'n> {
         for _ in 0..STEPS {
             problem.update_held(state);
             let moves = problem.motion(state, &mut self.motion);
-            problem.gradient(state, &mut self.gradient);
-            self.free.copy_from(&self.gradient);
+            problem.gradient(state, &mut self.free);
+            self.keep_contacts(problem, state);
             problem.free_part(&mut self.free);
             // Round-off included: results are subtracted from each other, so steps go on as long as they help.
             let residual = problem.whole_residual(&self.free);
@@ -380,6 +415,12 @@ impl<'n> Kept<'n> {
         }
         Err(NotFound::Unbalanced(last))
     }
+}
+
+/// Contacts with a force in the records of a problem.
+fn pressed(problem: &Problem<'_>) -> BTreeSet<(u32, Partner)> {
+    let records = problem.conditions().contact.records.iter().filter(|record| record.multiplier > 0.0);
+    records.map(|record| (record.point, record.partner)).collect()
 }
 
 /// An equilibrium that was found.
