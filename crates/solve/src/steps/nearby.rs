@@ -34,7 +34,7 @@ use wireloom_core::conditions::{Conditions, ContactState, Partner};
 use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::equilibrium::{MinimiserResult, RequirementResult, StepResult};
 use wireloom_core::minimiser::{Minimiser, Stop};
-use wireloom_core::network::Place;
+use wireloom_core::network::{AttachedConstraint, Place};
 use wireloom_core::scales::nan_max;
 use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Moment, Monitor, Network, Problem, State, Status, Tangent, Vector};
@@ -227,7 +227,12 @@ impl<'n> Neighbourhood<'n> {
         schedule: &Schedule,
         minimiser: &mut dyn Minimiser,
     ) -> Result<(Conditions, State), NotFound> {
-        let laid_out = layout::place(network, schedule);
+        let from_start = || (0..network.constraints.len()).filter(|f| network.constraints[*f].from_start);
+        let laid_out = if from_start().any(|f| !has_own_target(network, f)) {
+            layout::place(network, schedule)
+        } else {
+            on_network(self.network, &self.references[0].checkpoint().state, network)
+        };
         let mut problem = Problem::new(network, Conditions::new(network, schedule.gravity, &laid_out));
         for (f, constraint) in network.constraints.iter().enumerate().filter(|(_, constraint)| constraint.from_start) {
             let from = problem.conditions().constraints[f].base;
@@ -524,25 +529,34 @@ fn same_places(one: &Network, other: &Network) -> bool {
 fn takes_where_it_is(network: &Network, step: &Step) -> bool {
     step.add.iter().any(|&f| {
         let constraint = &network.constraints[f];
-        let turns = match constraint.model.action() {
-            Action::Prescribed(hold) => hold.rotation != RotationHold::Free,
-            _ => true,
-        };
         let own = step.moves.iter().find(|m| m.carried.iter().any(|carried| carried.constraint == f));
         let given = match own {
             Some(own) => {
                 let alone = own.carried.len() == 1 && own.origin == (None, None) && own.track.spin == 0.0;
-                alone && !own.track.positions.is_empty() && (!turns || !own.track.turns.is_empty())
+                let turned = !own.track.turns.is_empty() || !turns(constraint);
+                alone && !own.track.positions.is_empty() && turned && constraint.stations.len() <= 1
             }
-            None => {
-                let turned = constraint.orientation.is_some() || constraint.tangent.is_some();
-                constraint.position.is_some() && (!turns || turned)
-            }
+            None => has_own_target(network, f),
         };
         let on_moving_mesh = constraint.places.iter().any(|place| match *place {
             Place::Node { branch, .. } => network.branches[branch].mesh_moves,
             Place::Joint(_) => false,
         });
-        !given || constraint.stations.len() > 1 || on_moving_mesh
+        !given || on_moving_mesh
     })
+}
+
+/// Whether the whole target of a constraint is given.
+fn has_own_target(network: &Network, f: usize) -> bool {
+    let constraint = &network.constraints[f];
+    let turned = constraint.orientation.is_some() || constraint.tangent.is_some() || !turns(constraint);
+    constraint.position.is_some() && turned && constraint.stations.len() <= 1
+}
+
+/// Whether the orientation of its target matters.
+fn turns(constraint: &AttachedConstraint) -> bool {
+    match constraint.model.action() {
+        Action::Prescribed(hold) => hold.rotation != RotationHold::Free,
+        _ => true,
+    }
 }
