@@ -47,12 +47,17 @@ fn of_a_harness_with_a_joint_and_a_clip() {
         "branches.left.length",
         "sections.trunk.linear_density",
         "sections.arm.axial_stiffness",
-        "constraints.clip-1.at.s",
         "constraints.clip-1.position.2",
         "steps.plug B.move.plug-B.position.0",
         "steps.plug B.move.plug-B.up.1",
     ];
     holds("first.toml", &of, &by);
+    // Between the plug and the clip the cable has 2 mm of slack here. Its force depends so strongly on that, that
+    // differences of whole runs over 0.3 mm are exact to 1e-4 only.
+    let by = ["constraints.clip-1.at.s", "constraints.clip-1.position.0", "branches.right.length"];
+    let text = scenario("sweeps/y_tolerances.toml");
+    let (error, what) = largest_error(&text, &wireloom::registry(), &of, &by, read);
+    assert!(error <= 3e-4, "{error:e}, {what}");
 }
 
 #[test]
@@ -68,7 +73,7 @@ fn of_a_hinge_a_rail_and_a_path_with_turns() {
     let by = ["branches.cable.length", "sections.arm.bending_stiffness"];
     holds(
         "branches/hinge.toml",
-        &["energy.total", "force.pin", "bend_radius.cable"],
+        &["energy.total", "force.plug", "bend_radius.cable"],
         &["branches.cable.length", "constraints.pin.free_axis.2", "constraints.pin.up.1"],
     );
     holds("branches/rail.toml", &["energy.total", "force.carriage"], &by);
@@ -99,7 +104,7 @@ fn of_a_cable_on_a_floor() {
     let (error, what) =
         largest_error(&text, &wireloom::registry(), &["energy.total", "force.plug-A", "moment_y.plug-A"], &by, read);
     assert!(error <= 3e-3, "{error:e}, {what}");
-    // To lower the floor is to raise the plug: the same derivative, with the other sign, but for the energy of the weight.
+    // To lower the floor is to raise the plug: the same derivative of forces, with the other sign.
     let found = derivatives(&text, &wireloom::registry(), &["force.plug-A", "moment_y.plug-A"], &by, None).unwrap();
     for output in &found.outputs {
         let [floor, plug] = [0, 2].map(|k| output.by[k].value.expect("smooth"));
@@ -132,8 +137,8 @@ fn of_the_deflection_of_a_cantilever() {
     assert_eq!((found.outputs[0].unit.as_str(), found.parameters[1].unit.as_str()), ("m", "N m²"));
 }
 
-/// A chain of length L between supports at a distance d at the same height, of weight w per length: the horizontal force
-/// is `H = a w` with `L = 2 a sinh(d/2a)`, the force at a support `w √(a² + L²/4)`. The bending stiffness of the chain
+/// A chain of length L between supports at a distance d at the same height, of weight w per length: the horizontal
+/// force is `H = a w` with `L = 2 a sinh(d/2a)`, the force at a support `w √(a² + L²/4)`. The bending stiffness of the chain
 /// is what is left.
 #[test]
 fn of_the_force_of_a_catenary() {
@@ -160,7 +165,7 @@ fn of_the_force_of_a_catenary() {
     assert!((by_length / expected - 1.0).abs() <= 1e-3, "{by_length}, not {expected}");
 }
 
-/// A weightless cable that lies along a floor without pressing on it: lifted, it is a cantilever; pressed down, it stays.
+/// A weightless cable that lies along a floor without pressing on it: lifted, it is a cantilever; pressed, it stays.
 #[test]
 fn where_contact_begins_there_is_one_value_for_each_side() {
     let text = [
@@ -205,7 +210,7 @@ fn unstable_and_neutral_equilibria_have_no_derivatives() {
     };
     let said = refused("contact/rod_in_tube.toml", "energy.total", "branches.0.length");
     assert!(said.contains("is not stable"), "{said}");
-    let said = refused("assembly/carry_together.toml", "energy.total", "branches.0.length");
+    let said = refused("contact/capstan.toml", "energy.total", "branches.0.length");
     assert!(said.contains("neutral"), "{said}");
 }
 
@@ -213,28 +218,33 @@ fn unstable_and_neutral_equilibria_have_no_derivatives() {
 /// equilibrium changes without bound, and no derivative may be given that a whole run does not confirm.
 #[test]
 fn at_a_limit_point_there_is_no_derivative() {
+    // Stiff against motions out of its plane.
+    let planar = section("cable").replace("= 0.01", "= [1, 0.01]").replace("= 0.008", "= 1");
     let text = |load: f64| {
         [
             "schema = 1\nname = \"arch\"\ngravity = [0, 0, 0]\n",
-            &section("cable"),
+            &planar,
             &branch("arch", ["A", "B"], "cable", 1.0, 40),
             &connector("left", "A", [0.0; 3]),
             &connector("right", "B", [0.97, 0.0, 0.0]),
             "[[loads]]\nname = \"push\"\nat = { branch = \"arch\", s = 0.45 }\nforce = [0, 0, 1]\nfactor = 0.2\n",
             "[[markers]]\nname = \"middle\"\nat = { branch = \"arch\", s = 0.5 }\n",
-            &format!("[[steps]]\nname = \"push\"\nincrements = 40\n[[steps.load]]\nload = \"push\"\nfactor = {load:?}\n"),
+            &format!(
+                "[[steps]]\nname = \"push\"\nincrements = 40\n[[steps.load]]\nload = \"push\"\nfactor = {load:?}\n"
+            ),
         ]
         .concat()
     };
     let registry = wireloom::registry();
     let height = |load: f64| {
         let run = wireloom_tests::cables::run(&text(load));
-        assert_eq!(run.status(), wireloom::Status::Converged);
-        run.steps[0].markers[0].position.z
+        // At the limit point itself it may not converge.
+        let converged = run.status() == wireloom::Status::Converged;
+        run.steps.last().filter(|_| converged).map_or(f64::NAN, |end| end.markers[0].position.z)
     };
     assert!(height(0.2) > 0.0 && height(-10.0) < 0.0);
     // The load at which it snaps, to round-off.
-    let (mut stays, mut snaps) = (0.2, -10.0);
+    let (mut stays, mut snaps): (f64, f64) = (0.2, -10.0);
     while (stays - snaps).abs() > 1e-9 {
         let middle = 0.5 * (stays + snaps);
         if height(middle) > 0.0 { stays = middle } else { snaps = middle }
@@ -255,12 +265,11 @@ fn at_a_limit_point_there_is_no_derivative() {
 #[test]
 fn questions_about_nothing_are_refused() {
     let text = scenario("first.toml");
-    let asked = |of: &str, by: &str, step: Option<&str>| {
-        match derivatives(&text, &wireloom::registry(), &[of], &[by], step) {
+    let asked =
+        |of: &str, by: &str, step: Option<&str>| match derivatives(&text, &wireloom::registry(), &[of], &[by], step) {
             Err(NoAnswer::Question(why)) => why,
             other => panic!("{other:?}"),
-        }
-    };
+        };
     let length = "branches.trunk.length";
     assert!(asked("force.plug-Z", length, None).contains("did you mean"));
     assert!(asked("max_force.plug-A", length, None).contains("of the whole run"));
@@ -275,8 +284,7 @@ fn questions_about_nothing_are_refused() {
 fn at_the_end_of_an_earlier_step() {
     let of = ["force.plug-B", "force.plug-C"];
     let text = scenario("first.toml");
-    let found =
-        derivatives(&text, &wireloom::registry(), &of, &["branches.left.length"], Some("plug B")).unwrap();
+    let found = derivatives(&text, &wireloom::registry(), &of, &["branches.left.length"], Some("plug B")).unwrap();
     assert!(found.outputs[0].by[0].value.is_some());
     assert_eq!((found.outputs[1].value, found.outputs[1].by[0].value), (None, None));
 }

@@ -69,7 +69,10 @@ const STEP_CHANGES: usize = 3;
 const CUT: f64 = 1.0 / 30.0;
 /// Factor on the step of a second pair of differences.
 const CLOSER: f64 = 0.25;
-/// Difference of the derivatives to both sides, relative to the larger one, that is smooth for sure.
+/// Difference of the derivatives to both sides, relative to the larger one, up to which one pair of differences is
+/// enough: the error of their mean is about the square of it.
+const AGREE: f64 = 5e-4;
+/// Difference of the means of two pairs, relative to the larger derivative, of a smooth function.
 const SMOOTH: f64 = 1e-2;
 /// Ratio of the differences of the derivatives to both sides of the closer pair and of the first one, for a smooth
 /// function: [`CLOSER`], with room for higher orders.
@@ -330,7 +333,10 @@ impl Catalogue {
         let of_path = |name: &String| {
             let worst = outputs.iter().filter(|output| matches!(output.at, When::Min | When::Max));
             let worst = worst.flat_map(crate::sweep::outputs::columns).any(|column| column == *name);
-            worst || name.starts_with("min_") || name.starts_with("max_") || matches!(&name[..], "iterations" | "polish")
+            worst
+                || name.starts_with("min_")
+                || name.starts_with("max_")
+                || matches!(&name[..], "iterations" | "polish")
         };
         let (of_path, mut columns): (Vec<String>, Vec<String>) = header.numbers().into_iter().partition(of_path);
         let markers = network.markers.iter().map(|marker| &marker.name);
@@ -519,7 +525,7 @@ impl Around<'_, '_> {
                 continue;
             };
             let one = Differences::new(asked, value, h, &first);
-            if one.are_smooth(asked) && !differs(&first, &asked.name) {
+            if one.agree(asked) && !differs(&first, &asked.name) {
                 all.push(Derivative { value: one.central(), ..Derivative::default() });
                 continue;
             }
@@ -531,8 +537,10 @@ impl Around<'_, '_> {
             let two = Differences::new(asked, value, CLOSER * h, pair);
             // A closer pair alone shows nothing: it may be between two kinks.
             let smooth = two.are_curved(&one, asked);
+            // Of both pairs, without the error of second order (Richardson).
+            let extrapolated = || Some((two.central()? - CLOSER * CLOSER * one.central()?) / (1.0 - CLOSER * CLOSER));
             all.push(if smooth && !differs(pair, &asked.name) {
-                Derivative { value: two.central(), ..Derivative::default() }
+                Derivative { value: extrapolated(), ..Derivative::default() }
             } else {
                 Derivative { value: None, sides: two.sides, reason: Some(self.reason(here, pair, &asked.name)) }
             });
@@ -585,8 +593,7 @@ impl Around<'_, '_> {
                 return Ok(Err(format!("{value} is refused: {first}")));
             }
         };
-        let found =
-            self.neighbourhood.find(&built.network, &built.schedule, built.minimiser.as_mut(), self.sheet);
+        let found = self.neighbourhood.find(&built.network, &built.schedule, built.minimiser.as_mut(), self.sheet);
         Ok(match found {
             Ok(near) => Ok(self.catalogue.measured(&scenario, &built.network, near)),
             Err(reason) => Err(reason.to_string()),
@@ -648,9 +655,7 @@ struct Differences {
 
 impl Differences {
     fn new(asked: &Asked, value: f64, h: f64, [below, above]: &Pair) -> Self {
-        let at = |side: &Result<Measured, String>| {
-            side.as_ref().ok().and_then(|measured| measured.value(&asked.name))
-        };
+        let at = |side: &Result<Measured, String>| side.as_ref().ok().and_then(|measured| measured.value(&asked.name));
         Self { h, sides: [at(below).map(|below| (value - below) / h), at(above).map(|above| (above - value) / h)] }
     }
 
@@ -667,9 +672,9 @@ impl Differences {
         Some(((above - below).abs(), above.abs().max(below.abs())))
     }
 
-    /// Whether they agree.
-    fn are_smooth(&self, asked: &Asked) -> bool {
-        self.gap().is_some_and(|(gap, larger)| gap <= SMOOTH * larger + 4.0 * asked.noise / self.h)
+    /// Whether they agree so well that the central difference is exact.
+    fn agree(&self, asked: &Asked) -> bool {
+        self.gap().is_some_and(|(gap, larger)| gap <= AGREE * larger + 4.0 * asked.noise / self.h)
     }
 
     /// Whether they differ as curvature makes them, beside those of a larger step: in proportion to the step, with the

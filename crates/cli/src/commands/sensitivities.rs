@@ -7,7 +7,7 @@ use crate::files::load::{self, Beside};
 use crate::interrupt;
 use crate::plugin::trust::Trust;
 use crate::print::sensitivities;
-use std::io::Write;
+use std::io::{self, Write};
 use wireloom::sensitivity::{NoAnswer, Question, answer};
 
 /// Carries out the scenario up to a step, and prints derivatives at its end.
@@ -32,7 +32,8 @@ pub fn sensitivities(arguments: &SensitivitiesArguments, out: &mut dyn Write) ->
         Err(NoAnswer::Part(fault)) => return Err(Failure::Part(fault)),
         Err(refused @ NoAnswer::Question(_)) => return Err(Failure::Input(refused.to_string())),
         Err(none @ (NoAnswer::NotConverged { .. } | NoAnswer::NotDifferentiable { .. } | NoAnswer::Stopped)) => {
-            writeln!(out, "{none}").map_err(Failure::standard_output)?;
+            // Standard output is for derivatives alone.
+            let _ = writeln!(io::stderr(), "{none}");
             return Ok(Outcome::NotConverged);
         }
     };

@@ -1,8 +1,8 @@
 //! Equilibria of slightly changed scenarios, near the equilibrium at the end of a step.
 //!
 //! With r(x, p) the free part of the gradient of the energy, an equilibrium x(p) satisfies `r = 0`, so its derivative
-//! by a number p of the scenario is `dx/dp = −H⁻¹ ∂r/∂p`, with H the Hessian. [`Neighbourhood`] keeps the factor of H at
-//! the equilibrium. For a harness that is built of a scenario with a slightly different p it evaluates r at the old
+//! by a number p of the scenario is `dx/dp = −H⁻¹ ∂r/∂p`, with H the Hessian. [`Neighbourhood`] keeps the factor of H
+//! at the equilibrium. For a harness that is built of a scenario with a slightly different p it evaluates r at the old
 //! equilibrium, and solves with the kept factor: that step is the tangent, for every model and plugin, without code of
 //! their own. Further steps with the same factor (simplified Newton method; Deuflhard 2004, section 2.1.3) remove
 //! what is of higher order, so that what is found is an equilibrium, which the certificate confirms. No matrix is
@@ -21,6 +21,7 @@ use crate::report::clearance::Cables;
 use crate::report::requirements::Equilibrium;
 use crate::report::sheet::{Found, Here, Sheet};
 use crate::report::{EventLog, discretisation, result};
+use crate::start::layout;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::Driver;
@@ -28,7 +29,6 @@ use crate::steps::plan::journey_to_target;
 use crate::steps::run::steps_of;
 use crate::steps::stability::{Inspector, Stability};
 use crate::steps::step_result;
-use crate::start::layout;
 use std::collections::BTreeSet;
 use wireloom_core::conditions::{Conditions, ContactState, Partner};
 use wireloom_core::constraint::{Action, RotationHold};
@@ -36,7 +36,7 @@ use wireloom_core::equilibrium::{MinimiserResult, RequirementResult, StepResult}
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::network::{AttachedConstraint, Place};
 use wireloom_core::scales::nan_max;
-use wireloom_core::steps::{Schedule, Step};
+use wireloom_core::steps::{Schedule, Step, Turn};
 use wireloom_core::{Moment, Monitor, Network, Problem, State, Status, Tangent, Vector};
 
 /// Largest residual, relative to the scales of the branches and above round-off, of a state in balance that further
@@ -44,6 +44,10 @@ use wireloom_core::{Moment, Monitor, Network, Problem, State, Status, Tangent, V
 const BALANCED: f64 = 1e-12;
 /// The same as a fraction of the largest residual on the way, and for violations: the accuracy of differences.
 const ACCURACY: f64 = 1e-6;
+/// Last step as a fraction of the first one where round-off allows no smaller one.
+const LEAST_ACCURACY: f64 = 1e-3;
+/// Length of a first step below which it is round-off: move relative to the longest branch, or turn (rad).
+const SMALLEST: f64 = 1e-6;
 /// Largest violation of equations (in units of their scales) and of contact (in radii), likewise.
 const SATISFIED: f64 = 1e-12;
 /// Least reduction of a residual or a violation, as a fraction of the last one, that is progress.
@@ -54,8 +58,10 @@ const STEPS: usize = 40;
 const MISSES: usize = 4;
 /// Largest number of updates of multipliers.
 const UPDATES: usize = 60;
-/// Largest difference of targets (m, and of quaternions) that are the same.
+/// Largest difference of targets (m, rad) that are the same.
 const SAME_TARGET: f64 = 1e-9;
+/// The same for angles between quaternions, whose round-off is larger.
+const SAME_TURN: f64 = 1e-7;
 
 /// Reason why an equilibrium near the reference was not found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -160,20 +166,27 @@ impl<'n> Neighbourhood<'n> {
         let mut new = Self { network, stop: *stop, step, references };
         // What follows from the plans alone must be what the run led to.
         let (walked, _) = new.walk(network, schedule, minimiser)?;
-        let reached = &new.references[step + 1].checkpoint().conditions;
-        let same = |f: usize| {
+        let reached = new.references[step + 1].checkpoint();
+        let mut problem = Problem::new(network, merged(&reached.conditions, &walked));
+        problem.update_held(&reached.state);
+        let mut motion = Tangent::zeros(network);
+        problem.motion(&reached.state, &mut motion);
+        let held = motion.points.iter().chain(&motion.frames).all(|v| v.norm() <= SAME_TARGET);
+        let reached = &reached.conditions;
+        let same = |(f, constraint): (usize, &AttachedConstraint)| {
+            let prescribes = matches!(constraint.model.action(), Action::Prescribed(_));
             let [a, b] = [&walked.targets[f], &reached.targets[f]];
-            let [p, q] = [a, b].map(|pose| pose.orientation.coords);
-            let turned = (p - q).norm().min((p + q).norm());
-            !reached.active[f] || (a.position - b.position).norm() <= SAME_TARGET && turned <= SAME_TARGET
+            let turned = a.orientation.angle_to(&b.orientation);
+            let near = (a.position - b.position).norm() <= SAME_TARGET && turned <= SAME_TURN;
+            !reached.active[f] || prescribes || near
         };
         let loads = walked.load_factors.iter().zip(&reached.load_factors).all(|(a, b)| (a - b).abs() <= SAME_TARGET);
         let gravity = (walked.gravity - reached.gravity).norm() <= SAME_TARGET;
-        let all = (0..network.constraints.len()).all(same) && loads && gravity;
+        let all = held && network.constraints.iter().enumerate().all(same) && loads && gravity;
         if all { Ok(new) } else { Err(NotFound::OtherPath) }
     }
 
-    /// The equilibrium of a slightly changed harness and schedule near the reference, with its sheet if `sheet` says so.
+    /// The equilibrium of a slightly changed harness and schedule near the reference; with `sheet` also its sheet.
     /// `minimiser` is one of the changed scenario; it finds nothing.
     ///
     /// # Errors
@@ -354,11 +367,15 @@ impl<'n> Kept<'n> {
                 }
                 return Ok(distance);
             }
+            if misses >= 2 * MISSES {
+                break;
+            }
             // Penalties are part of the kept factor.
             multipliers::update_constraints(problem, state, f64::INFINITY, &mut Vec::new());
             multipliers::update_contacts(problem, state, &mut history);
         }
-        Err(NotFound::Violated(last))
+        problem.gradient(state, &mut self.free);
+        Err(if self.keep_contacts(problem, state) { NotFound::OtherContacts } else { NotFound::Violated(last) })
     }
 
     /// Makes the whole gradient at `state` that of the contacts of the reference: they pull where they have opened, and
@@ -388,7 +405,9 @@ impl<'n> Kept<'n> {
     /// Moves `state` to the minimum of `problem` under its multipliers, by steps with the kept factor. Returns the
     /// length of the first step: largest move relative to the longest branch, or largest turn (rad).
     fn balance(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
-        let (mut last, mut misses, mut distance) = (f64::INFINITY, 0, None);
+        let (mut last, mut misses) = (f64::INFINITY, 0);
+        // Length of the first step, and of the last one.
+        let (mut distance, mut length) = (None, f64::INFINITY);
         for _ in 0..STEPS {
             problem.update_held(state);
             let moves = problem.motion(state, &mut self.motion);
@@ -402,7 +421,10 @@ impl<'n> Kept<'n> {
                 last = residual.min(last);
                 self.largest = self.largest.max(residual);
                 let balanced = || residual <= ACCURACY * self.largest || problem.residual(&self.free) <= BALANCED;
-                if residual == 0.0 || misses > 0 && balanced() {
+                // A soft harness moves far under small forces.
+                let rests = |accuracy: f64| length <= accuracy * distance.unwrap_or(0.0).max(SMALLEST);
+                let accuracy = if misses >= MISSES { LEAST_ACCURACY } else { ACCURACY };
+                if residual == 0.0 || misses > 0 && balanced() && rests(accuracy) {
                     return Ok(distance.unwrap_or(0.0));
                 }
             }
@@ -413,7 +435,8 @@ impl<'n> Kept<'n> {
             // The free part: its directions may be others than those of the reference.
             let step = self.inspector.step_near(&self.problem, state, &self.free, motion);
             let largest = |all: &[Vector]| all.iter().map(Vector::norm).fold(0.0, nan_max);
-            distance.get_or_insert(nan_max(largest(&step.points) / problem.scales().length, largest(&step.frames)));
+            length = nan_max(largest(&step.points) / problem.scales().length, largest(&step.frames));
+            distance.get_or_insert(length);
             self.from.copy_from(state);
             problem.retract(&self.from, step, 1.0, state);
             problem.place_held(state);
@@ -533,7 +556,10 @@ fn takes_where_it_is(network: &Network, step: &Step) -> bool {
         let given = match own {
             Some(own) => {
                 let alone = own.carried.len() == 1 && own.origin == (None, None) && own.track.spin == 0.0;
-                let turned = !own.track.turns.is_empty() || !turns(constraint);
+                let turned = match own.track.turns.last() {
+                    Some((_, turn)) => fixes_turn(constraint, matches!(turn, Turn::Tangent(_))),
+                    None => !turns(constraint),
+                };
                 alone && !own.track.positions.is_empty() && turned && constraint.stations.len() <= 1
             }
             None => has_own_target(network, f),
@@ -549,8 +575,20 @@ fn takes_where_it_is(network: &Network, step: &Step) -> bool {
 /// Whether the whole target of a constraint is given.
 fn has_own_target(network: &Network, f: usize) -> bool {
     let constraint = &network.constraints[f];
-    let turned = constraint.orientation.is_some() || constraint.tangent.is_some() || !turns(constraint);
+    let turned = match (constraint.orientation, constraint.tangent) {
+        (None, None) => !turns(constraint),
+        (orientation, _) => fixes_turn(constraint, orientation.is_none()),
+    };
     constraint.position.is_some() && turned && constraint.stations.len() <= 1
+}
+
+/// Whether an orientation, or a tangent alone, fixes its target as far as it matters.
+fn fixes_turn(constraint: &AttachedConstraint, tangent_alone: bool) -> bool {
+    let of_tangent = match constraint.model.action() {
+        Action::Prescribed(hold) => matches!(hold.rotation, RotationHold::Free | RotationHold::Tangent),
+        _ => false,
+    };
+    !tangent_alone || of_tangent
 }
 
 /// Whether the orientation of its target matters.
