@@ -407,7 +407,7 @@ impl<'n> Kept<'n> {
     fn balance(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
         let (mut last, mut misses) = (f64::INFINITY, 0);
         // Length of the first step, and of the last one.
-        let (mut distance, mut length) = (None, f64::INFINITY);
+        let (mut distance, mut length): (Option<f64>, f64) = (None, f64::INFINITY);
         for _ in 0..STEPS {
             problem.update_held(state);
             let moves = problem.motion(state, &mut self.motion);
