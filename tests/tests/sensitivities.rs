@@ -138,8 +138,8 @@ fn of_the_deflection_of_a_cantilever() {
 }
 
 /// A chain of length L between supports at a distance d at the same height, of weight w per length: the horizontal
-/// force is `H = a w` with `L = 2 a sinh(d/2a)`, the force at a support `w √(a² + L²/4)`. The bending stiffness of the chain
-/// is what is left.
+/// force is `H = a w` with `L = 2 a sinh(d/2a)`, the force at a support `w √(a² + L²/4)`.
+/// The bending stiffness of the chain is what is left.
 #[test]
 fn of_the_force_of_a_catenary() {
     let text = scenario("analytic/catenary.toml");
