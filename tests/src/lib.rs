@@ -1,6 +1,7 @@
 //! Shared parts of the whole-program tests: folders, the program, scenario texts, the hunt.
 
 pub mod cables;
+pub mod derivatives;
 pub mod growth;
 pub mod hunt;
 pub mod imports;

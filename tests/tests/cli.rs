@@ -34,6 +34,8 @@ fn main() -> ExitCode {
         ("a wrong command line ends with 1, help with 0", command_line),
         ("an unknown minimiser is refused with the known ones", unknown_minimiser),
         ("wires come from files beside the scenario, and check says what they make", wires_from_files),
+        ("sensitivities prints derivatives", sensitivities),
+        ("sensitivities refuses what is not there, and says where there is no derivative", no_sensitivities),
         ("the schema is a JSON Schema", schema),
         ("models lists every kind of the registry", models),
         ("explain says what a key means", explain),
@@ -454,6 +456,52 @@ fn explain() -> Checked {
     ensure(ended.out == said, &ended)?;
     let ended = place.run(&["explain", "branches.lenght"])?.expect(1)?;
     ensure(ended.err == "error: a scenario has no key `branches.lenght`: did you mean `length`?\n", &ended)
+}
+
+fn sensitivities() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()?)?;
+    let asked = ["sensitivities", "s.toml", "--of", "force.plug-B", "bend_radius", "--by", "branches.left.length"];
+    let ended = place.run(&asked)?.expect(0)?;
+    let said = &ended.out;
+    ensure(said.starts_with("at the end of step `plug C`\n\nforce.plug-B = "), &ended)?;
+    ensure(said.contains("branches.left.length  0.400000 m") && said.contains(" N per m\n"), &ended)?;
+    // The tighter of two equal bends is the left one or the right one.
+    ensure(said.contains("none") && said.contains("below: ") && said.contains("slopes to both sides differ"), &ended)?;
+    let ended = place.run(&[&asked[..], &["--json", "--step", "plug B", "--out", "d.json"]].concat())?.expect(0)?;
+    ensure(ended.out.is_empty(), &ended)?;
+    let found = place.json("d.json")?;
+    let force = &found["outputs"][0];
+    ensure((&found["step"], &force["unit"]) == (&"plug B".into(), &"N".into()), &found)?;
+    ensure(force["by"][0]["value"].is_f64() && found["parameters"][0]["value"] == 0.4, &found)?;
+    // Keys and outputs that are not named: those of the sweep and the requirements.
+    place.file("sweep.toml", fs::read_to_string(root().join("scenarios/sweeps/y_tolerances.toml"))?)?;
+    let ended = place.run(&["sensitivities", "sweep.toml"])?.expect(0)?;
+    ensure(ended.out.contains("constraints.clip-1.position.2") && ended.out.contains("constraints.clip-1.at.s"), &ended)
+}
+
+fn no_sensitivities() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()?)?;
+    let refused = |arguments: &[&str], says: &str| {
+        let ended = place.run(&[&["sensitivities", "s.toml"], arguments].concat())?.expect(1)?;
+        ensure(ended.out.is_empty() && ended.err.contains(says), &ended)
+    };
+    let length = "branches.left.length";
+    refused(&["--of", "force.plug-B", "--by", "branches.left.lenght"], "there is no `lenght`")?;
+    refused(&["--of", "force.plug-B", "--by", "branches.left.max_segment.x"], "there is no `x`")?;
+    refused(&["--of", "force.plug-B", "--by", "branches.left.section"], "is a word, not a number")?;
+    refused(&["--of", "force.plug-D", "--by", length], "there is no output `force.plug-D`: did you mean `force.plug-")?;
+    refused(&["--of", "max_force", "--by", length], "`max_force` is of the whole run")?;
+    refused(&["--by", length, "--step", "plug D"], "the scenario has no step `plug D`: did you mean")?;
+    refused(&["--of", "force.plug-B"], "name the keys to differentiate by")?;
+    let tube = fs::read_to_string(root().join("scenarios/contact/rod_in_tube.toml"))?;
+    place.file("tube.toml", tube)?;
+    let asked = ["sensitivities", "tube.toml", "--of", "energy.total", "--by", "branches.0.length"];
+    let ended = place.run(&asked)?.expect(2)?;
+    ensure(ended.out.is_empty() && ended.err.contains("the equilibrium is not stable"), &ended)?;
+    place.run(&["sensitivities", "none.toml", "--by", length])?.expect(3)?;
+    Ok(())
 }
 
 fn schema() -> Checked {

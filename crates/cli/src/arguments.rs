@@ -60,6 +60,13 @@ pub enum Command {
     /// keys drive them. A point that is refused, reaches its time limit or crashes is a row with its status, also where
     /// a plugin crashes or does not return. After Ctrl-C, a kill or a crash the same command continues.
     Sweep(SweepArguments),
+    /// Derivatives of results at the end of a step by numbers of the scenario
+    ///
+    /// Carries out the scenario up to that step, without writing results, and prints for each output how much it
+    /// changes for one unit more of each key. Where contact changes, another place becomes the worst, or the harness is
+    /// about to snap, it says so, and gives one value for each side. Friction and everything else that has a history
+    /// stays as it is at the end of the step.
+    Sensitivities(SensitivitiesArguments),
     /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions
     ///
     /// (The page of a run is written by `run --report`.)
@@ -362,6 +369,31 @@ pub struct SweepArguments {
     /// Print nothing but faults
     #[arg(long, short)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+#[derive(Args)]
+pub struct SensitivitiesArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Requirements, by name, or columns of a sweep's table such as force.plug-B, bend_radius.trunk, energy.total,
+    /// position_x.MARKER [default: all requirements that have a value at the end of the step]
+    #[arg(long, value_name = "OUTPUT", num_args = 1..)]
+    pub of: Vec<String>,
+    /// Keys of the scenario that hold a number, such as branches.left.length or constraints.clip-1.position.2 [default:
+    /// those that its [sweep] varies]
+    #[arg(long, value_name = "KEY", num_args = 1..)]
+    pub by: Vec<String>,
+    /// The step at whose end they are taken [default: the last one]
+    #[arg(long, value_name = "NAME")]
+    pub step: Option<String>,
+    /// Print them as JSON, for programs
+    #[arg(long)]
+    pub json: bool,
+    /// Write what is printed to this file instead
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
     #[command(flatten)]
     pub allowed: Allowed,
 }

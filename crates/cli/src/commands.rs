@@ -11,6 +11,7 @@ mod plugin;
 mod report;
 mod run;
 mod schema;
+mod sensitivities;
 mod studio;
 mod sweep;
 mod verify;
@@ -31,6 +32,7 @@ pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Fail
         Command::Compare(arguments) => compare::compare(arguments, out),
         Command::Sweep(arguments) => sweep::sweep(arguments, out),
         Command::SweepProcess(arguments) => sweep::process::compute(arguments, out),
+        Command::Sensitivities(arguments) => sensitivities::sensitivities(arguments, out),
         Command::Report { results, output } => report::report(results, output.as_deref(), out),
         Command::Schema => schema::schema(out),
         Command::Plugin { task } => plugin::plugin(task, out),

@@ -5,6 +5,7 @@ pub mod differences;
 pub mod operations;
 pub mod points;
 pub mod progress;
+pub mod sensitivities;
 pub mod sheet;
 pub mod summary;
 pub mod table;

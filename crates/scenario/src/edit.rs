@@ -3,4 +3,5 @@
 pub mod adjust;
 pub(crate) mod apply;
 mod key_path;
+pub mod number;
 pub mod record;

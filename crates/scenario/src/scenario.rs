@@ -102,6 +102,9 @@ pub struct Branch {
     /// For [`Division::ByAccuracy`]: arc lengths of nodes to keep (increasing, with both ends), as fractions of the
     /// length of the branch. Further attachments add nodes. Empty where [`Self::sizes`] decide.
     pub nodes: Vec<f64>,
+    /// For each span between attachments the lengths of its segments as fractions of it, in place of
+    /// [`Self::division`]; empty where that decides. See [`Scenario::keep_mesh_of`].
+    pub shares: Vec<Vec<f64>>,
     /// Kind of rod.
     pub rod: String,
     /// Parameters of the kind.

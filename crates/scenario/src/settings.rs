@@ -22,6 +22,11 @@ impl Setting {
         Self { key: key.into(), value: value.into() }
     }
 
+    /// A number in SI units for a key.
+    pub fn number(key: impl Into<String>, number: f64) -> Self {
+        Self::new(key, format!("{number:?}"))
+    }
+
     /// The kind of the minimiser.
     pub fn minimiser(kind: &str) -> Self {
         Self::new("minimiser.kind", kind)

@@ -10,6 +10,7 @@ mod increment;
 mod initial_equilibrium;
 pub mod interactive;
 mod mesh_motion;
+pub mod nearby;
 mod operations;
 mod plan;
 mod progress;
@@ -20,4 +21,4 @@ mod step_result;
 
 pub use initial_equilibrium::start_near;
 pub use progress::{Control, Interruption, Progress};
-pub use run::carry_out;
+pub use run::{carry_out, steps_of};

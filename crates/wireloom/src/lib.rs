@@ -51,6 +51,7 @@
 //! | observe, stop and resume a run, or drive a harness interactively | [`session`] |
 //! | read shapes, forces, events | [`result`] |
 //! | vary values over many runs | [`sweep`] |
+//! | differentiate results by numbers of the scenario | [`sensitivity`] |
 //! | tell whether runs ended in the same equilibrium | [`compare`] |
 //! | write JSON, CSV, VTK, glTF, pictures, reports | [`export`] |
 //! | add own rods, joints, constraints, minimisers | [`parts`], [`geometry`] |
@@ -89,6 +90,7 @@ mod registry;
 pub mod result;
 mod run;
 pub mod scenario;
+pub mod sensitivity;
 pub mod session;
 pub mod shapes;
 pub mod sweep;

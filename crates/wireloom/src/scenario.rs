@@ -18,7 +18,7 @@
 
 pub use wireloom_scenario::{
     Arm, At, Body, Branch, Built, Constraint, Division, Facing, Fault, Files, Joint, Load, MAX_SEGMENTS, Minimiser,
-    NoFiles, Output, Places, Plugins, Scenario, Setting, Span, Stretch, parse, parse_with_files, plugins, render,
-    schema, shipped_coverings, shipped_wires, unit_of,
+    NoFiles, Number, Output, Places, Plugins, Scenario, Setting, Span, Stretch, number_at, parse, parse_with_files,
+    plugins, render, schema, shipped_coverings, shipped_wires, unit_of,
 };
 pub use wireloom_scenario::{adjust, bundle, explain, fault, record, settings};

@@ -47,7 +47,7 @@
 //! chains in other processes, with [`Points::chain_without`]: it tells there which points no process has survived.
 
 mod deadline;
-mod outputs;
+pub(crate) mod outputs;
 pub mod tubes;
 
 use deadline::Deadlines;
@@ -67,7 +67,7 @@ use wireloom_core::equilibrium::StepResult;
 use wireloom_core::{Monitor, Network, Registry, Status, Vector};
 use wireloom_export::ending::Ending;
 use wireloom_export::table::{Computed, Extremes, REFUSED};
-use wireloom_scenario::sweep::{Axis, Value};
+use wireloom_scenario::sweep::{Axis, Output, Value};
 use wireloom_scenario::{Built, Fault, Files};
 use wireloom_shapes::swept::{Envelope, TooFine};
 use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
@@ -144,6 +144,12 @@ pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Resul
 
 /// Names of the columns of a sweep over this harness.
 pub fn header(sweep: &Sweep, network: &Network) -> Header {
+    let keys = sweep.axes.iter().map(|axis| (axis.key.clone(), axis.range.is_numeric())).collect();
+    header_of(keys, &sweep.outputs, network)
+}
+
+/// Names of the columns for these keys and outputs.
+pub(crate) fn header_of(keys: Vec<(String, bool)>, outputs: &[Output], network: &Network) -> Header {
     let mut constraints: Vec<String> = Vec::new();
     // A name may be taken again when a constraint has let go.
     for constraint in &network.constraints {
@@ -152,10 +158,10 @@ pub fn header(sweep: &Sweep, network: &Network) -> Header {
         }
     }
     Header {
-        keys: sweep.axes.iter().map(|axis| (axis.key.clone(), axis.range.is_numeric())).collect(),
+        keys,
         branches: network.branches.iter().map(|branch| branch.name.clone()).collect(),
         constraints,
-        outputs: sweep.outputs.iter().flat_map(outputs::columns).collect(),
+        outputs: outputs.iter().flat_map(outputs::columns).collect(),
     }
 }
 

@@ -8,6 +8,8 @@ use wireloom_core::network::{NodeRange, Place};
 
 /// Attachments closer than this, relative to the branch, share a node.
 const COINCIDENT: f64 = 1e-9;
+/// Fractions of a span that differ by less than this are the same.
+const SAME_SHARE: f64 = 1e-12;
 
 /// Division of one branch.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,10 +21,42 @@ pub(crate) struct Divided {
 }
 
 impl Divided {
+    /// Lengths of the segments of each span between marks, as fractions of the span.
+    fn shares(&self) -> Vec<Vec<f64>> {
+        let spans = self.marks.windows(2);
+        spans
+            .map(|pair| {
+                let [(from, first), (to, last)] = [pair[0], pair[1]];
+                self.rest_lengths[first..last].iter().map(|length| length / (to - from)).collect()
+            })
+            .collect()
+    }
+
     /// The node at arc length `s`, which must be that of an attachment.
     fn node(&self, s: f64) -> usize {
         let nearest = self.marks.iter().min_by(|a, b| (a.0 - s).abs().total_cmp(&(b.0 - s).abs()));
         nearest.map_or(0, |mark| mark.1)
+    }
+}
+
+impl Scenario {
+    /// Gives every branch the mesh of the same branch of `other`: as many segments in each span between attachments,
+    /// with the same shares of it, whatever the lengths are now. Returns whether the mesh changes by this. Where
+    /// attachments have come to coincide or have separated the division of the branch decides.
+    pub fn keep_mesh_of(&mut self, other: &Scenario) -> bool {
+        let meshes = Layout::new(self, 1).branches.into_iter().zip(Layout::new(other, 1).branches);
+        let mut changes = false;
+        for (branch, (own, kept)) in self.branches.iter_mut().zip(meshes) {
+            let (own, kept) = (own.shares(), kept.shares());
+            let same = |a: &Vec<f64>, b: &Vec<f64>| {
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_SHARE)
+            };
+            if own.len() != kept.len() || !own.iter().zip(&kept).all(|(a, b)| same(a, b)) {
+                branch.shares = kept;
+                changes = true;
+            }
+        }
+        changes
     }
 }
 
@@ -105,6 +139,9 @@ fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding
     let spans: Vec<f64> = breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= COINCIDENT * length);
     let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
+    if branch.shares.len() == spans.len() {
+        return shared(&branch.shares, &breaks, coarser);
+    }
     if matches!(branch.division, Division::ByAccuracy { .. }) && !branch.nodes.is_empty() {
         let nodes: Vec<f64> = branch.nodes.iter().map(|fraction| fraction * length).collect();
         return kept(&nodes, &breaks, &least, coarser);
@@ -139,6 +176,17 @@ fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding
 /// eighth of it or four diameters, and no more than 24 of them.
 fn first_segment(length: f64, diameter: f64) -> f64 {
     (length / 8.0).min(4.0 * diameter).max(length / 24.0)
+}
+
+/// Divides each span between `breaks` (m) into segments with these shares of it.
+fn shared(shares: &[Vec<f64>], breaks: &[f64], coarser: usize) -> Divided {
+    let (mut marks, mut rest_lengths) = (vec![(0.0, 0)], Vec::new());
+    for (span, shares) in breaks.windows(2).zip(shares) {
+        let length = span[1] - span[0];
+        rest_lengths.extend(shares.chunks(coarser).map(|some| length * some.iter().sum::<f64>()));
+        marks.push((span[1], rest_lengths.len()));
+    }
+    Divided { rest_lengths, marks }
 }
 
 /// Divides spans between `breaks` (m) at these nodes (m); uniformly where they are fewer than `least` asks for.
@@ -225,6 +273,18 @@ fn share_out(segments: usize, spans: &[f64], least: &[usize]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shares_of_spans_make_the_same_mesh_of_other_lengths() {
+        let divided = kept(&[0.0, 0.1, 0.3, 0.6, 1.0], &[0.0, 0.3, 1.0], &[1, 1], 1);
+        let again = shared(&divided.shares(), &[0.0, 0.3, 1.0], 1);
+        assert!(again.rest_lengths.iter().zip(&divided.rest_lengths).all(|(a, b)| (a - b).abs() < 1e-15));
+        assert_eq!(again.marks, divided.marks);
+        let longer = shared(&divided.shares(), &[0.0, 0.6, 2.0], 1);
+        assert!(longer.rest_lengths.iter().zip(&divided.rest_lengths).all(|(a, b)| (a - 2.0 * b).abs() < 1e-15));
+        // Two segments become one.
+        assert_eq!(shared(&divided.shares(), &[0.0, 0.3, 1.0], 2).marks, [(0.0, 0), (0.3, 1), (1.0, 2)]);
+    }
 
     #[test]
     fn segments_are_shared_out_in_proportion() {

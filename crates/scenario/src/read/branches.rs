@@ -41,6 +41,7 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         division: division(entry, length, names),
         sizes: Vec::new(),
         nodes: Vec::new(),
+        shares: Vec::new(),
         rod,
         parameters,
         curvature: entry.vector("curvature").unwrap_or_default(),

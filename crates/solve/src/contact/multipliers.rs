@@ -34,6 +34,8 @@ pub fn update_constraints(problem: &mut Problem<'_>, state: &State, tolerance: f
 /// accelerates it (Anderson 1965; Walker and Ni 2011).
 #[derive(Default)]
 pub struct ContactHistory {
+    /// Whether penalties stay as they are.
+    keeps_penalties: bool,
     /// Largest violation at the last update, in radii.
     deepest: Option<f64>,
     /// Contact points and their partners.
@@ -44,6 +46,11 @@ pub struct ContactHistory {
 }
 
 impl ContactHistory {
+    /// History of updates that leave the penalties as they are: they belong to a matrix that is kept.
+    pub fn with_penalties_kept() -> Self {
+        Self { keeps_penalties: true, ..Self::default() }
+    }
+
     /// Next multipliers, after an update in which the multipliers `given` led to the forces `found`.
     fn mix(&mut self, keys: Vec<(u32, Partner)>, given: DVector<f64>, found: DVector<f64>) -> DVector<f64> {
         if keys != self.keys {
@@ -84,7 +91,8 @@ pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut C
     let found = problem.contact().found();
     let contact_state = &problem.conditions().contact;
     let deepest = found.iter().map(|c| c.gap.abs() / c.radius).fold(0.0, f64::max);
-    let raises = history.deepest.replace(deepest).is_some_and(|last| OF_CONTACT.raises(last, deepest));
+    let raises = history.deepest.replace(deepest).is_some_and(|last| OF_CONTACT.raises(last, deepest))
+        && !history.keeps_penalties;
     let mut given = Vec::with_capacity(found.len());
     let mut records = Vec::with_capacity(found.len());
     for contact in found {

@@ -35,8 +35,10 @@ use wireloom_core::{State, Tangent, Vector};
 
 /// Factor by which the shift is lowered after a successful step.
 const LOWER: f64 = 0.1;
-/// Shift that is far above what bending needs: a matrix that is not positive definite with it has compressed segments.
+/// Shift far above what bending needs: a matrix that is not positive definite with it has compressed segments.
 const COMPRESSED: f64 = 10.0;
+/// Least shift of a step without the forces of compression: it stands for the tension that goes with them.
+const RELAXING: f64 = 1.0;
 /// Shift above which the minimiser fails if no step lowers the energy.
 const LARGEST_SHIFT: f64 = 1e6;
 /// Factor by which the shift is raised after a failed line search.
@@ -163,8 +165,8 @@ impl Workspace {
 
     /// Evaluates and factorises the second derivatives at `state` (where `gradient` was evaluated last), with the first
     /// shift from `sigma` on that makes them positive definite. Before the first shift constraints are made convex, and
-    /// a compression that bending cannot carry is left out of the geometric stiffness: the step relaxes it.
-    /// Returns the shift.
+    /// the forces leave the geometric stiffness if they hold a compression that bending cannot carry: the step relaxes
+    /// it. Returns the shift.
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         let (mut known, mut convex) = (!Self::restores(problem), false);
@@ -174,6 +176,7 @@ impl Workspace {
             {
                 self.forces.iter_mut().flatten().for_each(|force| *force = Vector::zeros());
                 problem.hessian(state, Some(self.forces.as_slice()), &mut self.hessian);
+                sigma = sigma.max(RELAXING);
                 continue;
             }
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {

@@ -3,6 +3,7 @@
 use super::driver::{Driver, empty_run, is_balanced, unbalanced_start_note};
 use super::progress::{Control, Interruption, Progress};
 use crate::steps::checkpoint::{Observer, Resumed};
+use std::borrow::Cow;
 use std::time::Instant;
 use wireloom_core::Network;
 use wireloom_core::equilibrium::{Outcome, Run};
@@ -13,6 +14,15 @@ use wireloom_core::steps::{Schedule, Step};
 /// Remark on forces in balance up to the round-off of stiff parts.
 const ROUND_OFF: &str = "forces are in balance up to round-off, which is above force_tolerance: parts of the harness \
                          are very stiff beside what acts on them";
+
+/// Steps of a schedule; one without motions where it has none.
+pub fn steps_of(schedule: &Schedule) -> Cow<'_, [Step]> {
+    if schedule.steps.is_empty() {
+        vec![Step { name: "equilibrium".into(), increments: 1, ..Step::default() }].into()
+    } else {
+        schedule.steps.as_slice().into()
+    }
+}
 
 /// Runs a schedule. With the same harness on a `coarse` mesh, the initial equilibrium is searched for there first. The
 /// observer sees the end of every increment, may stop the run, and may keep checkpoints; `resumed` continues a run from
@@ -31,8 +41,7 @@ pub fn carry_out(
     observer: &mut dyn Observer,
 ) -> Run {
     let mut run = empty_run(schedule);
-    let without_steps = [Step { name: "equilibrium".into(), increments: 1, ..Step::default() }];
-    let steps = if schedule.steps.is_empty() { &without_steps[..] } else { &schedule.steps };
+    let steps = &steps_of(schedule)[..];
     let monitor = observer.monitor();
     let mut clock = Instant::now();
     let (mut spent, mut first, mut done, mut resumed_plan) = (0.0, 0, 0, None);

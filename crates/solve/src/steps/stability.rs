@@ -76,6 +76,7 @@ pub struct Inspector {
     /// Second derivatives at the state inspected last.
     pub hessian: Hessian,
     border: Border,
+    without: WithoutPotential,
     /// Scratch: free part of the gradient.
     free: Tangent,
     /// Next Newton step from the state inspected last.
@@ -95,6 +96,7 @@ impl Inspector {
             system: System::new(problem),
             hessian: Hessian::new(network),
             border: Border::default(),
+            without: WithoutPotential::default(),
             free: Tangent::zeros(network),
             step: Tangent::zeros(network),
             at: Vec::new(),
@@ -152,6 +154,35 @@ impl Inspector {
         response
     }
 
+    /// Prepares [`Self::step_near`] at the state inspected last, under loads without a potential.
+    pub fn prepare_without_potential(&mut self, problem: &Problem<'_>, state: &State) {
+        let Self { system: System { matrix, rhs, .. }, border, without, .. } = self;
+        without.prepare(matrix, border, problem, state, rhs);
+    }
+
+    /// Newton step from `state`, which is near the one inspected last, with the matrix factorised there: `problem` is
+    /// the one inspected, `gradient` the whole gradient at `state`, and `motion` that of the prescribed directions.
+    pub fn step_near(
+        &mut self,
+        problem: &Problem<'_>,
+        state: &State,
+        gradient: &Tangent,
+        motion: Option<&Tangent>,
+    ) -> &Tangent {
+        let Self { system: System { matrix, rhs, .. }, border, without, step, .. } = self;
+        matrix.right_hand_side(problem, gradient, motion, rhs);
+        matrix.solve(rhs);
+        step.clear();
+        matrix.step(problem, state, rhs, motion, step);
+        if problem.has_slides() {
+            border.complete_again(gradient, step);
+        }
+        if !problem.has_potential() {
+            without.complete(matrix, border, problem, state, rhs, step);
+        }
+        step
+    }
+
     /// Whether an equilibrium without a potential certainly diverges: the tangent of the residual has a negative
     /// determinant, so one of its real eigenvalues is negative, and a disturbance grows with any damping. Otherwise
     /// stability is unknown: without a potential the equilibrium may be unstable in an even number of directions, or
@@ -166,10 +197,8 @@ impl Inspector {
         problem.free_part(&mut self.free);
         self.sum_residual_forces(problem);
         let Inertia { negative, .. } = self.inertia(problem, state, gradient, ROUND_OFF, LEVERS);
-        let Self { system: System { matrix, rhs, .. }, border, .. } = self;
-        let mut without = WithoutPotential::default();
-        without.prepare(matrix, border, problem, state, rhs);
-        without.turns_determinant(negative) == Some(true)
+        self.prepare_without_potential(problem, state);
+        self.without.turns_determinant(negative) == Some(true)
     }
 
     /// Direction along which the energy decreases from the unstable equilibrium inspected last, with a largest turn of

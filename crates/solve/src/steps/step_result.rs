@@ -7,12 +7,12 @@ use crate::report::result;
 use crate::report::sheet::Here;
 use crate::steps::certificate::Grade;
 use crate::steps::stability::{Inspection, Stability};
-use wireloom_core::Moment;
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult,
 };
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
+use wireloom_core::{Moment, Problem, State, Tangent};
 
 impl Driver<'_, '_> {
     /// Result of an increment at the present state.
@@ -29,34 +29,27 @@ impl Driver<'_, '_> {
         };
         let touching = self.problem.touching_points(&self.state);
         let branches = self.branch_results(inspection, &touching);
-        let (problem, state) = (&mut self.problem, &self.state);
-        let network = problem.network;
+        let minimiser = MinimiserResult {
+            kind: self.minimiser.name().to_owned(),
+            device: self.minimiser.device(),
+            iterations: self.iterations,
+            polish: self.polish,
+            factorisations: self.factorisations,
+            seconds,
+            force_residual: self.residual,
+            shape_error: inspection.map(|inspection| inspection.move_left),
+            constraint_residual: self.violation,
+        };
+        let (problem, state, gradient) = (&mut self.problem, &self.state, &self.certifier.gradient);
         StepResult {
             name: step.name.clone(),
             increment,
             increments: step.increments,
             status,
-            joints: network.joints.iter().map(|j| result::joint(problem, j, state, &touching)).collect(),
-            constraints: result::constraints(problem, state, &self.certifier.gradient),
-            obstacles: result::obstacles(problem, state),
-            markers: result::markers(network, &branches),
             operations: self.operations.clone(),
-            energy: problem.energy(state),
-            min_bend_radius: result::tightest_bend(&branches),
-            branches,
             violations: self.log.violations().to_vec(),
             stable,
-            minimiser: MinimiserResult {
-                kind: self.minimiser.name().to_owned(),
-                device: self.minimiser.device(),
-                iterations: self.iterations,
-                polish: self.polish,
-                factorisations: self.factorisations,
-                seconds,
-                force_residual: self.residual,
-                shape_error: inspection.map(|inspection| inspection.move_left),
-                constraint_residual: self.violation,
-            },
+            ..equilibrium(problem, state, gradient, branches, &touching, minimiser)
         }
     }
 
@@ -121,5 +114,35 @@ impl Driver<'_, '_> {
         let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, &self.errors, step);
         let found = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
         self.log.check(requirements, found, here);
+    }
+}
+
+/// What follows from the equilibrium `state` alone; `gradient` is the whole gradient there, `branches` are the results
+/// of all branches, `touching` marks the points in contact, and `minimiser` found it. The rest is empty.
+pub(super) fn equilibrium(
+    problem: &mut Problem<'_>,
+    state: &State,
+    gradient: &Tangent,
+    branches: Vec<BranchResult>,
+    touching: &[bool],
+    minimiser: MinimiserResult,
+) -> StepResult {
+    let network = problem.network;
+    StepResult {
+        name: String::new(),
+        increment: 0,
+        increments: 0,
+        status: Status::Stalled,
+        joints: network.joints.iter().map(|j| result::joint(problem, j, state, touching)).collect(),
+        constraints: result::constraints(problem, state, gradient),
+        obstacles: result::obstacles(problem, state),
+        markers: result::markers(network, &branches),
+        operations: Vec::new(),
+        energy: problem.energy(state),
+        min_bend_radius: result::tightest_bend(&branches),
+        branches,
+        violations: Vec::new(),
+        stable: None,
+        minimiser,
     }
 }

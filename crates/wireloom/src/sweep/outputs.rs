@@ -13,7 +13,7 @@ use wireloom_solve::Progress;
 const SAME_PLACE: f64 = 1e-9;
 
 /// Names of an output's columns.
-pub(super) fn columns(output: &Output) -> Vec<String> {
+pub(crate) fn columns(output: &Output) -> Vec<String> {
     let name = &output.name;
     let components =
         |what: &str, axes: &[&str]| axes.iter().map(|axis| format!("{what}_{axis}.{name}")).collect::<Vec<_>>();
@@ -100,7 +100,7 @@ fn keep(so_far: &mut Vec<f64>, now: Vec<f64>, output: &Output) {
 }
 
 /// Values of a quantity in an equilibrium; NaN where what is measured is not there.
-fn values(measured: &Measured, network: &Network, end: &StepResult) -> Vec<f64> {
+pub(crate) fn values(measured: &Measured, network: &Network, end: &StepResult) -> Vec<f64> {
     let with_norm = |v: Vector| vec![v.norm(), v.x, v.y, v.z];
     let missing = || Vector::repeat(f64::NAN);
     let position = |branch: usize, s: f64| BranchEnd::of(&end.branches[branch]).position_at(s);

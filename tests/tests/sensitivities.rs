@@ -1,0 +1,290 @@
+//! Derivatives by numbers of the scenario: against differences of whole runs, against closed forms, and where there are
+//! none.
+
+use wireloom::StepResult;
+use wireloom::sensitivity::NoAnswer;
+use wireloom_tests::cables::{branch, connector, section};
+use wireloom_tests::derivatives::{derivatives, largest_error};
+use wireloom_tests::root;
+
+/// Error of derivatives and of the differences of whole runs together. Both subtract forces that are exact to some
+/// rounding errors of EA, about 1e-11 N, over steps of 1e-4: 1e-7 of forces of 1 N.
+const EXACT: f64 = 1e-6;
+
+fn scenario(path: &str) -> String {
+    std::fs::read_to_string(root().join("scenarios").join(path)).expect("a scenario of the repository")
+}
+
+/// An output of a run, by the name of its column.
+fn read(end: &StepResult, name: &str) -> f64 {
+    let (what, of) = name.split_once('.').expect("a quantity and a part");
+    let constraint = || end.constraints.iter().find(|own| own.name == of).expect("a constraint");
+    let branch = || end.branches.iter().find(|own| own.name == of).expect("a branch");
+    let joint = || end.joints.iter().find(|own| own.name == of).expect("a joint").position;
+    match what {
+        "energy" => end.energy.total(),
+        "force" => constraint().force.norm(),
+        "moment_y" => constraint().moment.y,
+        "twist_turns" => branch().twist_turns,
+        "bend_radius" => branch().bend_radius.iter().copied().fold(f64::INFINITY, f64::min),
+        "position_x" => joint().x,
+        "position_z" => joint().z,
+        other => panic!("{other}"),
+    }
+}
+
+#[track_caller]
+fn holds(path: &str, of: &[&str], by: &[&str]) {
+    let (error, what) = largest_error(&scenario(path), &wireloom::registry(), of, by, read);
+    assert!(error <= EXACT, "{path}: {error:e}, {what}");
+}
+
+#[test]
+fn of_a_harness_with_a_joint_and_a_clip() {
+    let of = ["energy.total", "force.plug-A", "moment_y.clip-1", "bend_radius.left", "position_x.J", "position_z.J"];
+    let by = [
+        "branches.trunk.length",
+        "branches.left.length",
+        "sections.trunk.linear_density",
+        "sections.arm.axial_stiffness",
+        "constraints.clip-1.position.2",
+        "steps.plug B.move.plug-B.position.0",
+        "steps.plug B.move.plug-B.up.1",
+    ];
+    holds("first.toml", &of, &by);
+    // Between the plug and the clip the cable has 2 mm of slack here. Its force depends so strongly on that, that
+    // differences of whole runs over 0.3 mm are exact to 1e-4 only.
+    let by = ["constraints.clip-1.at.s", "constraints.clip-1.position.0", "branches.right.length"];
+    let text = scenario("sweeps/y_tolerances.toml");
+    let (error, what) = largest_error(&text, &wireloom::registry(), &of, &by, read);
+    assert!(error <= 3e-4, "{error:e}, {what}");
+}
+
+#[test]
+fn of_other_joints() {
+    let by = ["sections.trunk.bending_stiffness", "sections.arm.torsion_stiffness", "branches.trunk.length"];
+    let of = ["energy.total", "force.plug-A", "bend_radius.trunk", "position_x.J"];
+    holds("branches/y_rigid_body.toml", &of, &by);
+    holds("branches/y_fused.toml", &of, &by[2..]);
+}
+
+#[test]
+fn of_a_hinge_a_rail_and_a_path_with_turns() {
+    let by = ["branches.cable.length", "sections.arm.bending_stiffness"];
+    holds(
+        "branches/hinge.toml",
+        &["energy.total", "force.plug", "bend_radius.cable"],
+        &["branches.cable.length", "constraints.pin.free_axis.2", "constraints.pin.up.1"],
+    );
+    holds("branches/rail.toml", &["energy.total", "force.carriage"], &by);
+    holds("branches/via_and_turns.toml", &["energy.total", "twist_turns.cable"], &by);
+}
+
+#[test]
+fn of_cables_that_slide_through_constraints() {
+    let of = ["energy.total", "force.ring"];
+    holds("analytic/ring_pulley.toml", &["energy.total"], &["branches.0.length", "constraints.0.position.2"]);
+    holds("analytic/ring_catenary.toml", &of, &["branches.0.length", "sections.chain.linear_density"]);
+}
+
+/// Both hands of this scenario take the cable where it is: where that is depends on the length, too.
+#[test]
+fn of_constraints_that_take_the_cable_where_it_is() {
+    let by = ["branches.trunk.length", "branches.left.length", "sections.arm.bending_stiffness"];
+    holds("branches/added_constraint.toml", &["energy.total", "force.plug-A", "position_x.J"], &by[..2]);
+    holds("assembly/clip_drawn_taut.toml", &["energy.total", "force.plug-A"], &["branches.0.length"]);
+}
+
+/// A cable that lies on a floor along 168 contact points. The differences of whole runs cross the places where one
+/// point more touches, so they are exact to about 1e-3 only.
+#[test]
+fn of_a_cable_on_a_floor() {
+    let text = scenario("contact/cable_on_plane.toml");
+    let by = ["obstacles.floor.point.2", "sections.cable.linear_density", "constraints.plug-A.position.2"];
+    let (error, what) =
+        largest_error(&text, &wireloom::registry(), &["energy.total", "force.plug-A", "moment_y.plug-A"], &by, read);
+    assert!(error <= 3e-3, "{error:e}, {what}");
+    // To lower the floor is to raise the plug: the same derivative of forces, with the other sign.
+    let found = derivatives(&text, &wireloom::registry(), &["force.plug-A", "moment_y.plug-A"], &by, None).unwrap();
+    for output in &found.outputs {
+        let [floor, plug] = [0, 2].map(|k| output.by[k].value.expect("smooth"));
+        assert!((floor + plug).abs() <= EXACT * plug.abs(), "{}: {floor} and {plug}", output.name);
+    }
+}
+
+/// A cantilever of length L under a small force F at its tip: `w = F L³/(3 EI) + F L/GA`. The mesh of 200 segments has
+/// an error of 1/200², slopes of 1e-3 add their square.
+#[test]
+fn of_the_deflection_of_a_cantilever() {
+    let stiff = section("cable").replace("bending_stiffness = 0.01", "bending_stiffness = 1\nshear_stiffness = 1e4");
+    let text = [
+        "schema = 1\nname = \"cantilever\"\ngravity = [0, 0, 0]\n",
+        &stiff,
+        &branch("rod", ["A", "B"], "cable", 0.5, 200),
+        &connector("wall", "A", [0.0; 3]),
+        "[[loads]]\nname = \"weight\"\nat = { end = \"B\" }\nforce = [0, 0, -0.01]\n",
+        "[[markers]]\nname = \"tip\"\nat = { branch = \"rod\", s = 0.5 }\n",
+    ]
+    .concat();
+    let by = ["loads.weight.force.2", "sections.cable.bending_stiffness", "sections.cable.shear_stiffness"];
+    let found = derivatives(&text, &wireloom::registry(), &["position_z.tip"], &by, None).unwrap();
+    let (f, l, ei, ga): (f64, f64, f64, f64) = (-0.01, 0.5, 1.0, 1e4);
+    let expected = [l.powi(3) / (3.0 * ei) + l / ga, -f * l.powi(3) / (3.0 * ei * ei), -f * l / (ga * ga)];
+    for (k, (expected, tolerance)) in expected.into_iter().zip([5e-5, 5e-5, 1e-3]).enumerate() {
+        let value = found.outputs[0].by[k].value.expect("smooth");
+        assert!((value / expected - 1.0).abs() <= tolerance, "by {}: {value}, not {expected}", by[k]);
+    }
+    assert_eq!((found.outputs[0].unit.as_str(), found.parameters[1].unit.as_str()), ("m", "N m²"));
+}
+
+/// A chain of length L between supports at a distance d at the same height, of weight w per length: the horizontal
+/// force is `H = a w` with `L = 2 a sinh(d/2a)`, the force at a support `w √(a² + L²/4)`.
+/// The bending stiffness of the chain is what is left.
+#[test]
+fn of_the_force_of_a_catenary() {
+    let text = scenario("analytic/catenary.toml");
+    let by = ["sections.chain.linear_density", "branches.chain.length"];
+    let found = derivatives(&text, &wireloom::registry(), &["force.left"], &by, None).unwrap();
+    let [density, length] = [0, 1].map(|k| found.parameters[k].value);
+    let force = found.outputs[0].value.expect("it is held");
+    let [by_density, by_length] = [0, 1].map(|k| found.outputs[0].by[k].value.expect("smooth"));
+    assert!((by_density / (force / density) - 1.0).abs() <= 1e-4, "{by_density}");
+    let (_, built) = wireloom::load(&text, &wireloom::registry()).unwrap();
+    let held = |k: usize| built.network.constraints[k].position.expect("given");
+    let distance = (held(1) - held(0)).norm();
+    let exact = |length: f64| {
+        let (mut low, mut high) = (1e-3 * distance, 1e3 * distance);
+        for _ in 0..200 {
+            let a = 0.5 * (low + high);
+            if 2.0 * a * (distance / (2.0 * a)).sinh() > length { low = a } else { high = a }
+        }
+        9.81 * density * (low * low + 0.25 * length * length).sqrt()
+    };
+    let h = 1e-5 * length;
+    let expected = (exact(length + h) - exact(length - h)) / (2.0 * h);
+    assert!((by_length / expected - 1.0).abs() <= 1e-3, "{by_length}, not {expected}");
+}
+
+/// A weightless cable that lies along a floor without pressing on it: lifted, it is a cantilever; pressed, it stays.
+#[test]
+fn where_contact_begins_there_is_one_value_for_each_side() {
+    let text = [
+        "schema = 1\nname = \"touching\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("rod", ["A", "B"], "cable", 0.5, 50),
+        &connector("wall", "A", [0.0; 3]),
+        "[[loads]]\nname = \"lift\"\nat = { end = \"B\" }\nforce = [0, 0, 0]\n",
+        "[[markers]]\nname = \"tip\"\nat = { branch = \"rod\", s = 0.5 }\n",
+        "[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, -0.003]\nnormal = [0, 0, 1]\n",
+    ]
+    .concat();
+    let found = derivatives(&text, &wireloom::registry(), &["position_z.tip"], &["loads.lift.force.2"], None).unwrap();
+    let derivative = &found.outputs[0].by[0];
+    assert_eq!(derivative.value, None);
+    assert!(derivative.reason.as_ref().is_some_and(|reason| reason.contains("contact changes")), "{derivative:?}");
+    let lifted = derivative.sides[1].expect("nothing hinders it");
+    let expected = 0.5_f64.powi(3) / (3.0 * 0.01);
+    // The mesh of 50 segments and the shear of the section leave this.
+    assert!((lifted / expected - 1.0).abs() <= 1e-2, "{lifted}, not {expected}");
+    assert_eq!(derivative.sides[0], None);
+}
+
+/// The tighter of two bends that are mirror images of each other is the left one or the right one.
+#[test]
+fn where_the_worst_place_changes_there_is_one_value_for_each_side() {
+    let found =
+        derivatives(&scenario("first.toml"), &wireloom::registry(), &["bend_radius"], &["branches.left.length"], None);
+    let found = found.unwrap();
+    let derivative = &found.outputs[0].by[0];
+    assert_eq!(derivative.value, None);
+    let [below, above] = derivative.sides.map(|side| side.expect("both arms have a bend"));
+    assert!((below - above).abs() > 0.1 * below.abs().max(above.abs()), "{derivative:?}");
+}
+
+#[test]
+fn unstable_and_neutral_equilibria_have_no_derivatives() {
+    let refused = |path: &str, of: &str, by: &str| {
+        let none = derivatives(&scenario(path), &wireloom::registry(), &[of], &[by], None);
+        let Err(none @ NoAnswer::NotDifferentiable { .. }) = none else { panic!("{path}: {none:?}") };
+        none.to_string()
+    };
+    let said = refused("contact/rod_in_tube.toml", "energy.total", "branches.0.length");
+    assert!(said.contains("is not stable"), "{said}");
+    let said = refused("contact/capstan.toml", "energy.total", "branches.0.length");
+    assert!(said.contains("neutral"), "{said}");
+}
+
+/// A buckled rod whose middle is pushed by a load: it snaps through where the load is largest. Just before, its
+/// equilibrium changes without bound, and no derivative may be given that a whole run does not confirm.
+#[test]
+fn at_a_limit_point_there_is_no_derivative() {
+    // Stiff against motions out of its plane.
+    let planar = section("cable").replace("= 0.01", "= [1, 0.01]").replace("= 0.008", "= 1");
+    let text = |load: f64| {
+        [
+            "schema = 1\nname = \"arch\"\ngravity = [0, 0, 0]\n",
+            &planar,
+            &branch("arch", ["A", "B"], "cable", 1.0, 40),
+            &connector("left", "A", [0.0; 3]),
+            &connector("right", "B", [0.97, 0.0, 0.0]),
+            "[[loads]]\nname = \"push\"\nat = { branch = \"arch\", s = 0.45 }\nforce = [0, 0, 1]\nfactor = 0.2\n",
+            "[[markers]]\nname = \"middle\"\nat = { branch = \"arch\", s = 0.5 }\n",
+            &format!(
+                "[[steps]]\nname = \"push\"\nincrements = 40\n[[steps.load]]\nload = \"push\"\nfactor = {load:?}\n"
+            ),
+        ]
+        .concat()
+    };
+    let registry = wireloom::registry();
+    let height = |load: f64| {
+        let run = wireloom_tests::cables::run(&text(load));
+        // At the limit point itself it may not converge.
+        let converged = run.status() == wireloom::Status::Converged;
+        run.steps.last().filter(|_| converged).map_or(f64::NAN, |end| end.markers[0].position.z)
+    };
+    assert!(height(0.2) > 0.0 && height(-10.0) < 0.0);
+    // The load at which it snaps, to round-off.
+    let (mut stays, mut snaps): (f64, f64) = (0.2, -10.0);
+    while (stays - snaps).abs() > 1e-9 {
+        let middle = 0.5 * (stays + snaps);
+        if height(middle) > 0.0 { stays = middle } else { snaps = middle }
+    }
+    let by = ["steps.push.load.push.factor"];
+    let far = derivatives(&text(0.5 * stays), &registry, &["position_z.middle"], &by, None).unwrap();
+    assert!(far.outputs[0].by[0].value.is_some(), "{far:?}");
+    match derivatives(&text(stays), &registry, &["position_z.middle"], &by, None) {
+        Ok(near) => {
+            let derivative = &near.outputs[0].by[0];
+            assert!(derivative.value.is_none() && derivative.reason.is_some(), "{derivative:?}");
+        }
+        Err(NoAnswer::NotDifferentiable { .. }) => {}
+        Err(other) => panic!("{other}"),
+    }
+}
+
+#[test]
+fn questions_about_nothing_are_refused() {
+    let text = scenario("first.toml");
+    let asked =
+        |of: &str, by: &str, step: Option<&str>| match derivatives(&text, &wireloom::registry(), &[of], &[by], step) {
+            Err(NoAnswer::Question(why)) => why,
+            other => panic!("{other:?}"),
+        };
+    let length = "branches.trunk.length";
+    assert!(asked("force.plug-Z", length, None).contains("did you mean"));
+    assert!(asked("max_force.plug-A", length, None).contains("of the whole run"));
+    assert!(asked("force.plug-A", "branches.trunk.lenght", None).contains("there is no `lenght`"));
+    assert!(asked("force.plug-A", "branches.trunk.section", None).contains("is a word"));
+    assert!(asked("force.plug-A", "steps.0.increments", None).contains("is a whole number"));
+    assert!(asked("force.plug-A", length, Some("plug D")).contains("no step `plug D`"));
+}
+
+/// At the end of an earlier step the plug that comes later has no force.
+#[test]
+fn at_the_end_of_an_earlier_step() {
+    let of = ["force.plug-B", "force.plug-C"];
+    let text = scenario("first.toml");
+    let found = derivatives(&text, &wireloom::registry(), &of, &["branches.left.length"], Some("plug B")).unwrap();
+    assert!(found.outputs[0].by[0].value.is_some());
+    assert_eq!((found.outputs[1].value, found.outputs[1].by[0].value), (None, None));
+}
