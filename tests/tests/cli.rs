@@ -465,7 +465,7 @@ fn sensitivities() -> Checked {
     let ended = place.run(&asked)?.expect(0)?;
     let said = &ended.out;
     ensure(said.starts_with("at the end of step `plug C`\n\nforce.plug-B = "), &ended)?;
-    ensure(said.contains("branches.left.length  0.400000 m") && said.contains(" N per m\n"), &ended)?;
+    ensure(said.contains("branches.left.length   0.400000 m") && said.contains(" N per m\n"), &ended)?;
     // The tighter of two equal bends is the left one or the right one.
     ensure(said.contains("none") && said.contains("below: ") && said.contains("slopes to both sides differ"), &ended)?;
     let ended = place.run(&[&asked[..], &["--json", "--step", "plug B", "--out", "d.json"]].concat())?.expect(0)?;

@@ -58,7 +58,13 @@ pub(crate) fn parts(key: &str, start: usize) -> Result<Vec<Part>, Fault> {
 pub(crate) fn below(keys: Option<&'static Keys>, name: &str) -> (Option<&'static Keys>, bool) {
     let form = keys.and_then(|keys| keys.get(name)).map(|key| key.form);
     let below = match form {
-        Some(Form::Table(keys) | Form::Tables(keys) | Form::Named(keys) | Form::NamesOrTables(keys)) => Some(keys),
+        Some(
+            Form::Table(keys)
+            | Form::Tables(keys)
+            | Form::OneOrMoreTables(keys)
+            | Form::Named(keys)
+            | Form::NamesOrTables(keys),
+        ) => Some(keys),
         // Entries of a table of tables have the keys of that table.
         None => keys,
         Some(_) => None,
