@@ -7,7 +7,7 @@
 //! let text = std::fs::read_to_string("../../scenarios/first.toml")?;
 //! let registry = wireloom::registry();
 //! let of = ["force.plug-B".to_owned()];
-//! let by = ["branches.left.length".to_owned(), "sections.arm.bending_stiffness".to_owned()];
+//! let by = ["branches.left.length".to_owned(), "branches.trunk.length".to_owned()];
 //! let question = Question { of: &of, by: &by, ..Question::about(&text, &NoFiles, &registry) };
 //! let found = answer(&question).expect("it converges");
 //! for (parameter, derivative) in found.parameters.iter().zip(&found.outputs[0].by) {
