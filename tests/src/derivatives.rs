@@ -2,7 +2,7 @@
 #![allow(clippy::missing_panics_doc, reason = "a scenario of a test that is refused ends the test")]
 
 use wireloom::scenario::{NoFiles, Setting, number_at};
-use wireloom::sensitivity::{NoAnswer, Question, Sensitivities, answer};
+use wireloom::sensitivity::{NoAnswer, Question, Sensitivities, Source, Study};
 use wireloom::{Built, Control, Registry, Status};
 
 /// Step of the differences of whole runs, as a fraction of the size of the parameter: their error is of fourth order.
@@ -13,7 +13,7 @@ const STEP_FROM_ZERO: f64 = 1e-4;
 /// Derivatives of a scenario that names no other files.
 ///
 /// # Errors
-/// Those of [`answer`].
+/// Those of [`Study::answer`].
 pub fn derivatives(
     text: &str,
     registry: &Registry,
@@ -22,7 +22,7 @@ pub fn derivatives(
     step: Option<&str>,
 ) -> Result<Sensitivities, NoAnswer> {
     let [of, by] = [of, by].map(|names| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
-    answer(&Question { of: &of, by: &by, step, ..Question::about(text, &NoFiles, registry) })
+    Study::new(Source::new(text, &NoFiles, registry))?.answer(&Question { of: &of, by: &by, step })
 }
 
 /// Largest error of derivatives, against differences of whole runs with a parameter changed by ±h and ±2h: relative to

@@ -350,16 +350,13 @@ fn the_corrected_matrix_is_the_derivative_of_the_residual() {
         let mut hessian = Hessian::new(network);
         problem.hessian(&state, None, &mut hessian);
         system.fill(&problem, &state, &hessian);
-        let System { matrix, rhs, .. } = &mut system;
-        matrix.eliminate_prescribed(&problem);
-        matrix.factorise();
-        matrix.right_hand_side(&problem, &residual, None, rhs);
-        matrix.solve(rhs);
-        matrix.step(&problem, &state, rhs, None, &mut step);
+        system.matrix.eliminate_prescribed(&problem);
+        system.matrix.factorise();
+        system.step(&problem, &state, &residual, None, &mut step);
         let (mut without, border) = (WithoutPotential::default(), Border::default());
-        without.prepare(matrix, &border, &problem, &state, rhs);
+        without.prepare(&mut system, &border, &problem, &state);
         let symmetric = step.clone();
-        without.complete(matrix, &border, &problem, &state, rhs, &mut step);
+        without.complete(&mut system, &border, &problem, &state, &mut step);
         problem.free_part(&mut residual);
         let before = residual.dot(&residual).sqrt();
         let mut left = |step: &Tangent| {

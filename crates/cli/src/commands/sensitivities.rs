@@ -8,7 +8,7 @@ use crate::interrupt;
 use crate::plugin::trust::Trust;
 use crate::print::sensitivities;
 use std::io::{self, Write};
-use wireloom::sensitivity::{NoAnswer, Question, answer};
+use wireloom::sensitivity::{NoAnswer, Question, Source, Study};
 
 /// Carries out the scenario up to a step, and prints derivatives at its end.
 pub fn sensitivities(arguments: &SensitivitiesArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -17,14 +17,10 @@ pub fn sensitivities(arguments: &SensitivitiesArguments, out: &mut dyn Write) ->
     let text = loaded.texts[0].1.as_str();
     let files = Beside::of(file);
     interrupt::listen();
-    let question = Question {
-        of,
-        by,
-        step: step.as_deref(),
-        monitor: interrupt::monitor().clone(),
-        ..Question::about(text, &files, &loaded.registry)
-    };
-    let found = match answer(&question) {
+    let monitor = interrupt::monitor().clone();
+    let source = Source { monitor, ..Source::new(text, &files, &loaded.registry) };
+    let question = Question { of, by, step: step.as_deref() };
+    let found = match Study::new(source).and_then(|mut study| study.answer(&question)) {
         Ok(found) => found,
         Err(NoAnswer::Faults(faults)) => {
             return Err(Failure::Refused(vec![load::refusal(file, text.to_owned(), faults)]));

@@ -5,7 +5,7 @@ use crate::linear::symbolic::{Pattern, Structure, TIED};
 use std::ops::Range;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rotation::skew;
-use wireloom_core::{Matrix, Network, State, Vector};
+use wireloom_core::{Matrix, Network, State, Tangent, Vector};
 
 /// Index of an off-diagonal block, and whether it is stored transposed.
 #[derive(Clone, Copy)]
@@ -196,6 +196,22 @@ impl System {
             self.update_weights(problem);
         }
         self.assembly.run(&mut self.matrix, problem.network, state, hessian);
+    }
+
+    /// Newton step `−A⁻¹ g` of points and frames from `state` with the factorised matrix A; `gradient` is g, and
+    /// `motion` that of the prescribed directions, which becomes part of the step.
+    pub fn step(
+        &mut self,
+        problem: &Problem<'_>,
+        state: &State,
+        gradient: &Tangent,
+        motion: Option<&Tangent>,
+        step: &mut Tangent,
+    ) {
+        let Self { matrix, rhs, .. } = self;
+        matrix.right_hand_side(problem, gradient, motion, rhs);
+        matrix.solve(rhs);
+        matrix.step(problem, state, rhs, motion, step);
     }
 }
 

@@ -5,11 +5,11 @@
 //! `S = D − Bᵀ A⁻¹ B`, `S σ = −g_s − Bᵀ u₀`, `u = u₀ − A⁻¹ B σ`, with `u₀` the step at fixed
 //! arc lengths. The inertia of the bordered matrix is that of A plus that of S (Haynsworth 1968).
 
-use crate::linear::matrix::BlockMatrix;
+use crate::linear::assembly::System;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use wireloom_core::problem::Problem;
 use wireloom_core::terms::sliding::SlideHessian;
-use wireloom_core::{State, Tangent, Vector};
+use wireloom_core::{State, Tangent};
 
 /// Eigenvalues of S are replaced by at least this fraction of the largest one: smaller ones are inaccurate.
 const FLAT: f64 = 1e-10;
@@ -25,7 +25,7 @@ pub struct Border {
     columns: Vec<Tangent>,
     /// Eigenvalues of S of the last [`Self::inertia`].
     schur: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
-    /// Eigenvalues of S of the last [`Self::complete`]; `None` if no constraint runs.
+    /// Eigenvalues of S of the last [`Self::step`]; `None` if no constraint runs.
     factor: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
 }
 
@@ -51,15 +51,14 @@ impl Inertia {
 }
 
 impl Border {
-    /// Eigenvalues of S; computes the columns −A⁻¹ B. `matrix` is factorised, `gradient` is the whole gradient at
+    /// Eigenvalues of S; computes the columns −A⁻¹ B. The matrix is factorised, `gradient` is the whole gradient at
     /// `state`.
     fn schur(
         &mut self,
-        matrix: &BlockMatrix,
+        system: &mut System,
         problem: &mut Problem<'_>,
         state: &State,
         gradient: &Tangent,
-        rhs: &mut [Vector],
     ) -> Option<SymmetricEigen<f64, nalgebra::Dyn>> {
         problem.slide_hessian(state, gradient, &mut self.hessian);
         let count = self.hessian.running.len();
@@ -68,10 +67,7 @@ impl Border {
         }
         self.columns.resize_with(count.max(self.columns.len()), || Tangent::zeros(problem.network));
         for (mixed, column) in self.hessian.mixed.iter().zip(&mut self.columns).take(count) {
-            matrix.right_hand_side(problem, mixed, None, rhs);
-            matrix.solve(rhs);
-            column.clear();
-            matrix.step(problem, state, rhs, None, column);
+            system.step(problem, state, mixed, None, column);
         }
         let entry = |i: usize, k: usize| self.hessian.own[i * count + k] + self.hessian.mixed[i].dot(&self.columns[k]);
         Some(SymmetricEigen::new(DMatrix::from_fn(count, count, |i, k| 0.5 * (entry(i, k) + entry(k, i)))))
@@ -80,13 +76,12 @@ impl Border {
     /// Inertia of S; eigenvalues within the round-off of its terms count as flat.
     pub fn inertia(
         &mut self,
-        matrix: &BlockMatrix,
+        system: &mut System,
         problem: &mut Problem<'_>,
         state: &State,
         gradient: &Tangent,
-        rhs: &mut [Vector],
     ) -> Inertia {
-        self.schur = self.schur(matrix, problem, state, gradient, rhs);
+        self.schur = self.schur(system, problem, state, gradient);
         let Some(schur) = &self.schur else { return Inertia::default() };
         let zero = ROUND_OFF * self.hessian.own.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let count = |is: fn(f64, f64) -> bool| schur.eigenvalues.iter().filter(|e| is(**e, zero)).count();
@@ -115,23 +110,42 @@ impl Border {
         true
     }
 
-    /// Completes `step`, which is u₀, to the step of all variables. Negative eigenvalues of S are replaced by their
-    /// magnitudes, so that the step leads downhill.
-    pub fn complete(
+    /// Newton step of all variables, as [`System::step`]. Negative eigenvalues of S are replaced by their magnitudes,
+    /// so that the step leads downhill.
+    pub fn step(
         &mut self,
-        matrix: &BlockMatrix,
+        system: &mut System,
         problem: &mut Problem<'_>,
         state: &State,
         gradient: &Tangent,
-        rhs: &mut [Vector],
+        motion: Option<&Tangent>,
         step: &mut Tangent,
     ) {
-        self.factor = self.schur(matrix, problem, state, gradient, rhs);
-        self.complete_again(gradient, step);
+        system.step(problem, state, gradient, motion, step);
+        if problem.has_slides() {
+            self.factor = self.schur(system, problem, state, gradient);
+            self.complete(gradient, step);
+        }
     }
 
-    /// [`Self::complete`] for another right-hand side, with the same matrix and the same running constraints.
-    pub fn complete_again(&self, gradient: &Tangent, step: &mut Tangent) {
+    /// [`Self::step`] for another right-hand side, with the same matrix and the same running constraints.
+    pub fn step_again(
+        &self,
+        system: &mut System,
+        problem: &Problem<'_>,
+        state: &State,
+        gradient: &Tangent,
+        motion: Option<&Tangent>,
+        step: &mut Tangent,
+    ) {
+        system.step(problem, state, gradient, motion, step);
+        if problem.has_slides() {
+            self.complete(gradient, step);
+        }
+    }
+
+    /// Completes `step`, which is u₀, to the step of all variables.
+    fn complete(&self, gradient: &Tangent, step: &mut Tangent) {
         step.slides.fill(0.0);
         let Some(schur) = &self.factor else { return };
         let largest = schur.eigenvalues.amax();

@@ -13,13 +13,13 @@
 //! restart (Saad and Schultz 1986, GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear
 //! systems). `(A + P)⁻¹ B` is the response of the harness to changes of the load, a smooth operator: few iterations do.
 
+use crate::linear::assembly::System;
 use crate::linear::border::Border;
-use crate::linear::matrix::BlockMatrix;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use wireloom_core::problem::Problem;
 use wireloom_core::terms::loads::{LoadTangent, SegmentTangent};
 use wireloom_core::variable::Variable;
-use wireloom_core::{Matrix, State, Tangent, Vector};
+use wireloom_core::{Matrix, State, Tangent};
 
 /// Largest number of GMRES iterations.
 const ITERATIONS: usize = 60;
@@ -45,15 +45,8 @@ pub struct WithoutPotential {
 }
 
 impl WithoutPotential {
-    /// Evaluates the loads at `state`. `matrix` is factorised; if constraints slide, `border` was completed with it.
-    pub fn prepare(
-        &mut self,
-        matrix: &BlockMatrix,
-        border: &Border,
-        problem: &Problem<'_>,
-        state: &State,
-        rhs: &mut [Vector],
-    ) {
+    /// Evaluates the loads at `state`. The matrix is factorised; if constraints slide, the border took a step with it.
+    pub fn prepare(&mut self, system: &mut System, border: &Border, problem: &Problem<'_>, state: &State) {
         self.along = problem.segment_tangents(state);
         self.at_places.clear();
         for own in problem.load_tangents(state) {
@@ -73,7 +66,7 @@ impl WithoutPotential {
             };
             // The right-hand side is minus the gradient.
             entry(unit, -1.0);
-            response(matrix, border, problem, state, unit, rhs, column);
+            border.step_again(system, problem, state, unit, None, column);
             entry(unit, 0.0);
         }
         let mut inner = DMatrix::identity(count, count);
@@ -92,16 +85,15 @@ impl WithoutPotential {
     /// are those of [`Self::prepare`].
     pub fn complete(
         &mut self,
-        matrix: &BlockMatrix,
+        system: &mut System,
         border: &Border,
         problem: &Problem<'_>,
         state: &State,
-        rhs: &mut [Vector],
         step: &mut Tangent,
     ) {
         self.complete_at_places(step);
         if !self.along.is_empty() {
-            self.complete_along(matrix, border, problem, state, rhs, step);
+            self.complete_along(system, border, problem, state, step);
         }
     }
 
@@ -124,20 +116,19 @@ impl WithoutPotential {
     /// Givens rotations.
     fn complete_along(
         &mut self,
-        matrix: &BlockMatrix,
+        system: &mut System,
         border: &Border,
         problem: &Problem<'_>,
         state: &State,
-        rhs: &mut [Vector],
         step: &mut Tangent,
     ) {
         let mut basis = std::mem::take(&mut self.basis);
         let mut apply = |v: &Tangent, image: &mut Tangent| {
             self.changed_forces(problem, state, v);
             let forces = self.forces.as_ref().expect("made by prepare");
-            response(matrix, border, problem, state, forces, rhs, image);
+            border.step_again(system, problem, state, forces, None, image);
             self.complete_at_places(image);
-            // What `response` solves for has minus the forces on its right-hand side.
+            // A Newton step has minus the forces on its right-hand side.
             negate(image);
             image.add_scaled(1.0, v);
         };
@@ -223,25 +214,6 @@ impl WithoutPotential {
         }
         let sign = self.inner.as_ref().map_or(1.0, LU::determinant);
         Some((negative % 2 == 1) == (sign > 0.0))
-    }
-}
-
-/// `−A⁻¹ g`, what slides included.
-fn response(
-    matrix: &BlockMatrix,
-    border: &Border,
-    problem: &Problem<'_>,
-    state: &State,
-    gradient: &Tangent,
-    rhs: &mut [Vector],
-    step: &mut Tangent,
-) {
-    matrix.right_hand_side(problem, gradient, None, rhs);
-    matrix.solve(rhs);
-    step.clear();
-    matrix.step(problem, state, rhs, None, step);
-    if problem.has_slides() {
-        border.complete_again(gradient, step);
     }
 }
 

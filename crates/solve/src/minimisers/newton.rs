@@ -239,17 +239,12 @@ impl Workspace {
     /// Solves for the step with the present matrix and the gradient of the model.
     fn solve_once(&mut self, problem: &mut Problem<'_>, state: &State, moving: bool) {
         let motion = moving.then_some(&self.motion);
-        let Self { system: System { matrix, rhs, .. }, border, without, active_set, gradient, model, step, .. } = self;
+        let Self { system, border, without, active_set, gradient, model, step, .. } = self;
         let forces = if active_set.is_idle() { gradient } else { model };
-        matrix.right_hand_side(problem, forces, motion, rhs);
-        matrix.solve(rhs);
-        matrix.step(problem, state, rhs, motion, step);
-        if problem.has_slides() {
-            border.complete(matrix, problem, state, forces, rhs, step);
-        }
+        border.step(system, problem, state, forces, motion, step);
         if !problem.has_potential() {
-            without.prepare(matrix, border, problem, state, rhs);
-            without.complete(matrix, border, problem, state, rhs, step);
+            without.prepare(system, border, problem, state);
+            without.complete(system, border, problem, state, step);
         }
     }
 

@@ -93,12 +93,6 @@ impl Preconditioner {
         motion: Option<&Tangent>,
         step: &mut Tangent,
     ) {
-        let System { matrix, rhs, .. } = &mut self.system;
-        matrix.right_hand_side(problem, gradient, motion, rhs);
-        matrix.solve(rhs);
-        matrix.step(problem, state, rhs, motion, step);
-        if problem.has_slides() {
-            self.border.complete(matrix, problem, state, gradient, rhs, step);
-        }
+        self.border.step(&mut self.system, problem, state, gradient, motion, step);
     }
 }

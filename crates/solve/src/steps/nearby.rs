@@ -1,4 +1,4 @@
-//! Equilibria of slightly changed scenarios, near the equilibrium at the end of a step.
+//! Equilibria of slightly changed scenarios, near the equilibrium at the end of an increment.
 //!
 //! With r(x, p) the free part of the gradient of the energy, an equilibrium x(p) satisfies `r = 0`, so its derivative
 //! by a number p of the scenario is `dx/dp = −H⁻¹ ∂r/∂p`, with H the Hessian. [`Neighbourhood`] keeps the factor of H
@@ -12,7 +12,7 @@
 //!
 //! **What is kept.** The path to the equilibrium is not computed again. Its history is that of the reference: memories
 //! of rods and constraints, anchors of friction, contact points, which constraints slip, and which ones still act.
-//! Targets, gravity, loads and poses of bodies are those that the steps of the changed scenario lead to
+//! Targets, gravity, rotation, loads, temperatures and poses of bodies are those that the steps of the changed scenario lead to
 //! ([`Neighbourhood::find`] walks through its plans). Where a step begins with a constraint that takes the cable where
 //! it is, the equilibrium at the beginning of that step is found in the same way first.
 
@@ -67,7 +67,7 @@ const SAME_TURN: f64 = 1e-7;
 /// Reason why an equilibrium near the reference was not found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotFound {
-    /// The reference is at the end of a step that did not converge.
+    /// The reference is at the end of an increment that did not converge.
     #[error("there is no converged equilibrium")]
     NotConverged,
     /// The reference is unstable.
@@ -109,14 +109,16 @@ pub struct Nearby {
     pub touching: BTreeSet<(u32, Partner)>,
 }
 
-/// The equilibrium at the end of a step, and the equilibria of slightly changed scenarios near it.
+/// The equilibrium at the end of an increment, and the equilibria of slightly changed scenarios near it.
 pub struct Neighbourhood<'n> {
     network: &'n Network,
     stop: Stop,
     /// Index of the step.
     step: usize,
-    /// References: at the beginning of each step up to this one (where an equilibrium there is needed), and at the end
-    /// of this one.
+    /// How much of it is done, up to 1.
+    fraction: f64,
+    /// References: at the beginning of each step up to this one (where an equilibrium there is needed), and within or
+    /// at the end of this one.
     references: Vec<Reference<'n>>,
 }
 
@@ -138,8 +140,9 @@ impl Reference<'_> {
 }
 
 impl<'n> Neighbourhood<'n> {
-    /// Neighbourhood of the end of a step. `path`: the checkpoints at the beginning of each step up to this one, then
-    /// that at its end ([`crate::steps::interactive::InteractiveDriver::advance`]).
+    /// Neighbourhood of the end of an increment, where a fraction (up to 1) of its step is done. `path`: the
+    /// checkpoints at the beginning of each step up to this one, then that of the increment
+    /// ([`crate::steps::interactive::InteractiveDriver::advance`]).
     ///
     /// # Errors
     /// If it is no equilibrium that has neighbours.
@@ -152,6 +155,7 @@ impl<'n> Neighbourhood<'n> {
         stop: &Stop,
         minimiser: &mut dyn Minimiser,
         path: Vec<Checkpoint>,
+        fraction: f64,
     ) -> Result<Self, NotFound> {
         let (step, steps) = (path.len() - 2, steps_of(schedule));
         let reference = |(k, checkpoint): (usize, Checkpoint)| {
@@ -164,7 +168,7 @@ impl<'n> Neighbourhood<'n> {
             }
         };
         let references = path.into_iter().enumerate().map(reference).collect::<Result<Vec<_>, NotFound>>()?;
-        let mut new = Self { network, stop: *stop, step, references };
+        let mut new = Self { network, stop: *stop, step, fraction, references };
         // What follows from the plans alone must be what the run led to.
         let (walked, _) = new.walk(network, schedule, minimiser)?;
         let reached = new.references[step + 1].checkpoint();
@@ -181,9 +185,13 @@ impl<'n> Neighbourhood<'n> {
             let near = (a.position - b.position).norm() <= SAME_TARGET && turned <= SAME_TURN;
             !reached.active[f] || prescribes || near
         };
-        let loads = walked.load_factors.iter().zip(&reached.load_factors).all(|(a, b)| (a - b).abs() <= SAME_TARGET);
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME_TARGET;
+        let loads = walked.load_factors.iter().zip(&reached.load_factors).all(near);
+        let temperatures = walked.temperatures.iter().zip(&reached.temperatures).all(near);
         let gravity = (walked.gravity - reached.gravity).norm() <= SAME_TARGET;
-        let all = held && network.constraints.iter().enumerate().all(same) && loads && gravity;
+        let rotation = (walked.rotation.velocity - reached.rotation.velocity).norm() <= SAME_TARGET;
+        let loads = loads && temperatures && gravity && rotation;
+        let all = held && network.constraints.iter().enumerate().all(same) && loads;
         if all { Ok(new) } else { Err(NotFound::OtherPath) }
     }
 
@@ -207,7 +215,7 @@ impl<'n> Neighbourhood<'n> {
         let step = self.step;
         let settled = self.settle(step + 1, network, &walked)?;
         let moment = Moment { step: steps_of(schedule)[step].name.clone(), step_index: step, increment: 0 };
-        settled.measured(&self.stop, moment, sheet)
+        settled.measured(&self.stop, moment, self.fraction == 1.0, sheet)
     }
 
     /// Whether the equilibrium depends on its history: friction, slip, or a part that remembers.
@@ -233,7 +241,7 @@ impl<'n> Neighbourhood<'n> {
         }
     }
 
-    /// Conditions at the end of the step, as far as they follow from the plans of the steps, and the state at its
+    /// Conditions at the end of the increment, as far as they follow from the plans of the steps, and the state at its
     /// beginning.
     fn walk(
         &mut self,
@@ -265,7 +273,7 @@ impl<'n> Neighbourhood<'n> {
             let monitor = Monitor::default();
             let (mut driver, _) = Driver::at_checkpoint(network, minimiser, &self.stop, checkpoint, &monitor);
             let plan = driver.begin_step(step, k == 0, &mut Vec::new());
-            plan.apply(&mut driver.problem, 1.0);
+            plan.apply(&mut driver.problem, if k == self.step { self.fraction } else { 1.0 });
             walked = driver.problem.conditions().clone();
         }
         Ok((walked, state))
@@ -461,7 +469,7 @@ struct Settled<'m> {
 
 impl Settled<'_> {
     /// Its results, once the certificate has confirmed it.
-    fn measured(self, stop: &Stop, moment: Moment, sheet: bool) -> Result<Nearby, NotFound> {
+    fn measured(self, stop: &Stop, moment: Moment, ends_step: bool, sheet: bool) -> Result<Nearby, NotFound> {
         let Self { mut problem, state, distance } = self;
         let network = problem.network;
         let mut certifier = Certifier::new(network);
@@ -484,20 +492,26 @@ impl Settled<'_> {
             constraint_residual: certificate.constraint.map(|worst| worst.violation),
         };
         let end = step_result::equilibrium(&mut problem, &state, &certifier.gradient, branches, &touching, minimiser);
-        let requirements = if sheet { sheet_of(&mut problem, &state, &end, &moment) } else { Vec::new() };
+        let requirements = if sheet { sheet_of(&mut problem, &state, &end, &moment, ends_step) } else { Vec::new() };
         let pressed = problem.contact().found().iter().filter(|contact| contact.force > 0.0);
         let touching = pressed.map(|contact| (contact.point, contact.partner)).collect();
         Ok(Nearby { end: StepResult { name: moment.step, ..end }, requirements, distance, touching })
     }
 }
 
-/// The sheet of an equilibrium at the end of a step.
-fn sheet_of(problem: &mut Problem<'_>, state: &State, end: &StepResult, moment: &Moment) -> Vec<RequirementResult> {
+/// The sheet of an equilibrium.
+fn sheet_of(
+    problem: &mut Problem<'_>,
+    state: &State,
+    end: &StepResult,
+    moment: &Moment,
+    ends_step: bool,
+) -> Vec<RequirementResult> {
     let network = problem.network;
     let errors = discretisation::estimate(problem, state, &end.branches, None);
     let cables = Cables::new(network, &end.branches);
     let results = (&end.branches[..], &end.constraints[..], &[][..], &cables);
-    let at = (Some(moment.step_index), true);
+    let at = (Some(moment.step_index), ends_step);
     let equilibrium = Equilibrium::new(problem, state, state, results, &errors, at);
     // Which place is the worst must not depend on estimates of its error.
     let certain = |found: Vec<Found>| found.into_iter().map(|found| Found { error: None, ..found }).collect();

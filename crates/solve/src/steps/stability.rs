@@ -125,7 +125,7 @@ impl Inspector {
         } else {
             Stability::Unstable
         };
-        self.next_step(problem, state, gradient);
+        self.border.step(&mut self.system, problem, state, gradient, None, &mut self.step);
         let network = problem.network;
         let (mut move_left, mut relative) = (0.0_f64, largest(&self.step.frames));
         for (branch, scale) in network.branches.iter().zip(problem.local_scales()) {
@@ -146,18 +146,15 @@ impl Inspector {
     /// `−H⁻¹ g` with the Hessian factorised by the last [`Self::inspect`], which was at `state`, for another gradient g
     /// of the points and frames; what slides stays at its arc length.
     pub fn response(&mut self, problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Tangent {
-        let System { matrix, rhs, .. } = &mut self.system;
-        matrix.right_hand_side(problem, gradient, None, rhs);
-        matrix.solve(rhs);
         let mut response = Tangent::zeros(problem.network);
-        matrix.step(problem, state, rhs, None, &mut response);
+        self.system.step(problem, state, gradient, None, &mut response);
         response
     }
 
     /// Prepares [`Self::step_near`] at the state inspected last, under loads without a potential.
     pub fn prepare_without_potential(&mut self, problem: &Problem<'_>, state: &State) {
-        let Self { system: System { matrix, rhs, .. }, border, without, .. } = self;
-        without.prepare(matrix, border, problem, state, rhs);
+        let Self { system, border, without, .. } = self;
+        without.prepare(system, border, problem, state);
     }
 
     /// Newton step from `state`, which is near the one inspected last, with the matrix factorised there: `problem` is
@@ -169,16 +166,10 @@ impl Inspector {
         gradient: &Tangent,
         motion: Option<&Tangent>,
     ) -> &Tangent {
-        let Self { system: System { matrix, rhs, .. }, border, without, step, .. } = self;
-        matrix.right_hand_side(problem, gradient, motion, rhs);
-        matrix.solve(rhs);
-        step.clear();
-        matrix.step(problem, state, rhs, motion, step);
-        if problem.has_slides() {
-            border.complete_again(gradient, step);
-        }
+        let Self { system, border, without, step, .. } = self;
+        border.step_again(system, problem, state, gradient, motion, step);
         if !problem.has_potential() {
-            without.complete(matrix, border, problem, state, rhs, step);
+            without.complete(system, border, problem, state, step);
         }
         step
     }
@@ -240,19 +231,7 @@ impl Inspector {
             border.forget();
             return pivots;
         }
-        border.inertia(matrix, problem, state, gradient, rhs)
-    }
-
-    /// Computes the next Newton step with the matrix that was factorised last.
-    fn next_step(&mut self, problem: &mut Problem<'_>, state: &State, gradient: &Tangent) {
-        let Self { system: System { matrix, rhs, .. }, border, step, .. } = self;
-        matrix.right_hand_side(problem, gradient, None, rhs);
-        matrix.solve(rhs);
-        step.clear();
-        matrix.step(problem, state, rhs, None, step);
-        if problem.has_slides() {
-            border.complete(matrix, problem, state, gradient, rhs, step);
-        }
+        border.inertia(system, problem, state, gradient)
     }
 
     /// Sums the residual forces on each branch and on the joints at its ends, and the moments divided by its length, N.

@@ -7,7 +7,6 @@
 //! tried length passes, the caller takes a descent step.
 
 use super::Workspace;
-use crate::linear::assembly::System;
 use crate::minimisers::step_control::SMALL_TURN;
 use wireloom_core::problem::Problem;
 use wireloom_core::{State, Tangent};
@@ -74,15 +73,9 @@ impl Workspace {
 
 /// Size of the correction at the trial with the present matrix.
 fn next_size(ws: &mut Workspace, problem: &Problem<'_>, state: &State, length: f64) -> f64 {
-    let Workspace { system: System { matrix, rhs, .. }, border, without, trial_gradient, free, .. } = ws;
-    matrix.right_hand_side(problem, trial_gradient, None, rhs);
-    matrix.solve(rhs);
-    free.clear();
-    matrix.step(problem, state, rhs, None, free);
-    if problem.has_slides() {
-        border.complete_again(trial_gradient, free);
-    }
-    without.complete(matrix, border, problem, state, rhs, free);
+    let Workspace { system, border, without, trial_gradient, free, .. } = ws;
+    border.step_again(system, problem, state, trial_gradient, None, free);
+    without.complete(system, border, problem, state, free);
     size(free, length)
 }
 
