@@ -87,6 +87,30 @@ fn of_cables_that_slide_through_constraints() {
     holds("analytic/ring_catenary.toml", &of, &["branches.0.length", "sections.chain.linear_density"]);
 }
 
+/// A force that follows the end of a rod, and the wind on a rope: the kept factor is completed with what is not
+/// symmetric, at places and along the branch.
+#[test]
+fn of_loads_without_a_potential() {
+    let by = ["loads.push.force.0", "sections.steel.bending_stiffness", "branches.rod.length"];
+    holds("analytic/follower_roll.toml", &["energy.total", "force.wall", "moment_y.wall"], &by);
+    let by = ["loads.river.flow.velocity.1", "loads.river.flow.density", "branches.cable.length"];
+    holds("analytic/wind.toml", &["energy.total", "force.mast"], &by);
+}
+
+/// The force of a clamped cable is `EA α ΔT`, exactly.
+#[test]
+fn of_the_force_of_a_cable_that_warms_up() {
+    let text = scenario("analytic/temperature.toml");
+    let by =
+        ["steps.warm.temperature.0.change", "sections.copper.thermal_expansion", "sections.copper.axial_stiffness"];
+    let found = derivatives(&text, &wireloom::registry(), &["force.wall-B"], &by, None).unwrap();
+    let (ea, alpha, warmer) = (1e4, 17e-6, 95.0);
+    for (derivative, exact) in found.outputs[0].by.iter().zip([ea * alpha, ea * warmer, alpha * warmer]) {
+        let value = derivative.value.expect("smooth");
+        assert!((value - exact).abs() <= EXACT * exact, "{derivative:?}, not {exact:e}");
+    }
+}
+
 /// Both hands of this scenario take the cable where it is: where that is depends on the length, too.
 #[test]
 fn of_constraints_that_take_the_cable_where_it_is() {

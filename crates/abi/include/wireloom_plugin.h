@@ -30,8 +30,8 @@ struct WireloomKind;
 #define WIRELOOM_ABI_MAJOR 1
 
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
-// arms, length of an arm. 3: outputs of constraints.
-#define WIRELOOM_ABI_MINOR 3
+// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature.
+#define WIRELOOM_ABI_MINOR 4
 
 // Success.
 #define WIRELOOM_STATUS_OK 0

@@ -49,8 +49,8 @@ pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 /// Major version of this ABI: programs and plugins of different major versions are incompatible.
 pub const ABI_MAJOR: u32 = 1;
 /// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
-/// arms, length of an arm. 3: outputs of constraints.
-pub const ABI_MINOR: u32 = 3;
+/// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature.
+pub const ABI_MINOR: u32 = 4;
 
 /// Success.
 pub const STATUS_OK: i32 = 0;

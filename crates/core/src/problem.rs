@@ -6,7 +6,6 @@ use crate::conditions::{
 use crate::constraint::Action;
 use crate::equilibrium::{Energy, PartFamily, SlideResult};
 use crate::load::LoadAction;
-use crate::network::Load;
 use crate::prescribed::{Held, Prescribed};
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, lever_hessian};
@@ -323,20 +322,14 @@ impl Problem<'_> {
 
     /// Weight, centrifugal force and loads along a segment per unstressed length, N/m, world axes.
     pub fn force_per_length(&self, state: &State, branch: usize, segment: usize) -> Vector {
-        let weight = self.conditions.gravity * self.network.branches[branch].section.linear_density;
-        let along = |load: &Load| matches!(load.action, LoadAction::Along { .. });
+        let own = &self.network.branches[branch];
+        let mut acceleration = self.conditions.gravity;
         let rotation = &self.conditions.rotation;
-        let weight = if rotation.is_moving() {
-            let own = &self.network.branches[branch];
+        if rotation.is_moving() {
             let points = &state.points[own.points.start + segment..][..2];
-            weight + rotation.pull(&((points[0] + points[1]) * 0.5)) * own.section.linear_density
-        } else {
-            weight
-        };
-        if !self.network.loads.iter().any(along) {
-            return weight;
+            acceleration += rotation.pull(&((points[0] + points[1]) * 0.5));
         }
-        weight + loads::along_segment(self.system(), state, branch, segment)
+        acceleration * own.section.linear_density + loads::along_segment(self.system(), state, branch, segment)
     }
 
     /// Sets the active fraction of the loads without a potential, 0 to 1: the initial equilibrium is found without

@@ -1,9 +1,10 @@
 //! Weight, lumped at nodes: `E = −Σ m g·x`; in axes that rotate also `−½ Σ m |ω × r|²`.
 
 use crate::conditions::System;
-use crate::network::Branch;
+use crate::network::{Branch, Tie};
 use crate::variable::{Block, Variable};
 use crate::{Matrix, State, Tangent, Vector};
+use std::collections::BTreeMap;
 use std::ops::{Mul, Neg};
 
 /// Fraction of the weight of a segment beside a station that is lumped at its other node instead: this removes the
@@ -104,9 +105,13 @@ pub fn centrifugal_gradient(
 /// Adds its second derivatives in the independent variables, both triangles, without those of the levers of tied
 /// points. A tied point moves by `δx = δX − R [o]ₓ θ` with the point X and the frame R of its hub.
 pub fn centrifugal_blocks(system: System<'_>, state: &State, blocks: &mut Vec<Block>) {
+    if !system.conditions.rotation.is_moving() {
+        return;
+    }
     let hessian = system.conditions.rotation.hessian();
+    let ties: BTreeMap<usize, &Tie> = system.network.ties.iter().map(|tie| (tie.point, tie)).collect();
     rotating_masses(system, state, |i, mass| {
-        let tie = system.network.ties.iter().find(|tie| tie.point == i);
+        let tie = ties.get(&i);
         let mut add = |row, column, matrix: Matrix| blocks.push(Block { row, column, matrix });
         let own = hessian * mass;
         let point = Variable::Point(tie.map_or(i, |tie| tie.hub_point));

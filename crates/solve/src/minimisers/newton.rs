@@ -10,8 +10,11 @@
 //!   as the descent allows.
 //! - The first step of an increment contains the prescribed motion in its right-hand side.
 //! - Contacts that close or open along a step are part of its model ([`ActiveSet`]).
-//! - After small steps the axial and shear forces in the geometric stiffness are those predicted by the last linear
-//!   step (mixed integration points: Magisano, Leonetti, Garcea 2017).
+//! - After whole steps (small ones only, where `restoration` is not possible) the axial and shear forces in the
+//!   geometric stiffness are those predicted by the last linear step (mixed integration points: Magisano, Leonetti,
+//!   Garcea 2017).
+//! - A prescribed motion can compress segments far beyond what bending carries. A step from there leaves the forces out
+//!   of the geometric stiffness: it relaxes the compression.
 //! - Steps that would only stretch the cable are followed by a restoration of lengths (`restoration`).
 //! - Under loads without a potential steps are those of the residual (`residual_step`), downhill only if those fail.
 
@@ -34,9 +37,10 @@ use wireloom_core::{State, Tangent, Vector};
 
 /// Factor by which the shift is lowered after a successful step.
 const LOWER: f64 = 0.1;
-/// Factor by which it is lowered after a successful step for which it was raised, at most back to where it was: a
-/// compression that made the matrix indefinite is gone after one step.
-const LOWER_AFTER_RAISE: f64 = 1e-4;
+/// Shift far above what bending needs: a matrix that is not positive definite with it has compressed segments.
+const COMPRESSED: f64 = 10.0;
+/// Least shift of a step that relaxes compressed segments: without one it would follow soft directions far.
+const RELAXING: f64 = 1.0;
 /// Shift above which the minimiser fails if no step lowers the energy.
 const LARGEST_SHIFT: f64 = 1e6;
 /// Factor by which the shift is raised after a failed line search.
@@ -162,12 +166,20 @@ impl Workspace {
     }
 
     /// Evaluates and factorises the second derivatives at `state` (where `gradient` was evaluated last), with the first
-    /// shift from `sigma` on that makes them positive definite. Before the first shift constraints are made convex.
-    /// Returns the shift.
+    /// shift from `sigma` on that makes them positive definite. Before the first shift constraints are made convex, and
+    /// where even the shift [`COMPRESSED`] would not do, the geometric stiffness is left out: the step relaxes the
+    /// compression. Returns the shift.
     fn assemble(&mut self, problem: &mut Problem<'_>, state: &State, mixed: bool, mut sigma: f64) -> f64 {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
-        let mut convex = false;
+        let (mut judged, mut convex) = (!Self::restores(problem), false);
         while !self.factorise(problem, state, sigma) && sigma.is_finite() && !problem.monitor.is_stopped() {
+            let first = !std::mem::replace(&mut judged, true);
+            if first && (sigma >= COMPRESSED || !self.factorise(problem, state, COMPRESSED)) {
+                self.forces.iter_mut().flatten().for_each(|force| *force = Vector::zeros());
+                problem.hessian(state, Some(self.forces.as_slice()), &mut self.hessian);
+                sigma = sigma.max(RELAXING);
+                continue;
+            }
             if std::mem::replace(&mut convex, true) || !problem.make_convex(state, &mut self.hessian) {
                 sigma = raised(sigma, RAISE);
             }
@@ -281,28 +293,28 @@ impl Workspace {
     /// Backtracking line search (Armijo) along the step from `state` with `energy` (J), its `slope` along the step and
     /// its `noise`; the step was made with the shift `sigma`. A whole step with a shift that fails is restored
     /// (`restoration`); if that fails, the next trial is the minimum of the parabola through value, slope and trial.
-    /// Returns step length and energy of the accepted trial, and whether it was restored.
+    /// Returns step length and energy of the accepted trial.
     fn line_search(
         &mut self,
         problem: &mut Problem<'_>,
         state: &State,
         [energy, slope, noise]: [f64; 3],
         [residual, sigma]: [f64; 2],
-    ) -> Option<(f64, f64, bool)> {
+    ) -> Option<(f64, f64)> {
         let mut alpha = self.longest(problem, state);
         loop {
             let trial = self.try_step(problem, state, alpha);
             // If the change of the energy is lost in round-off, the residual decides.
             let lower = trial <= energy + ARMIJO * alpha * slope + noise;
             if lower || (-slope <= noise && self.trial_residual(problem) <= PROGRESS * residual) {
-                return Some((alpha, trial, false));
+                return Some((alpha, trial));
             }
             if alpha == 1.0
                 && sigma > 0.0
                 && Self::restores(problem)
                 && let Some(restored) = self.restore(problem, state, sigma, [trial, energy + ARMIJO * slope])
             {
-                return Some((alpha, restored, true));
+                return Some((alpha, restored));
             }
             let parabola = -0.5 * slope * alpha * alpha / (trial - energy - slope * alpha);
             let [least, largest] = SHORTENING;
@@ -429,8 +441,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             trace(problem, &report, [energy, monitor.residual, 0.0, 0.0], ws.factorisations);
         }
-        let wanted = sigma;
-        sigma = ws.assemble(problem, state, mixed, wanted);
+        sigma = ws.assemble(problem, state, mixed, sigma);
         ws.solve(problem, state, false, Some(sigma));
         report.iterations += 1;
         let slope = ws.slope();
@@ -440,7 +451,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         }
         let noise = problem.energy_noise(&ws.gradient);
         let found = ws.line_search(problem, state, [energy, slope, noise], [monitor.residual, sigma]);
-        let Some((alpha, trial, restored)) = found else {
+        let Some((alpha, trial)) = found else {
             trace(problem, &report, [energy, monitor.residual, 0.0, sigma], ws.factorisations);
             if mixed {
                 mixed = false;
@@ -453,16 +464,14 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             continue;
         };
-        mixed = ws.largest_turn() < SMALL_TURN && alpha == 1.0 && !restored;
+        mixed = alpha == 1.0 && (Workspace::restores(problem) || ws.largest_turn() < SMALL_TURN);
         let turn = alpha * ws.largest_turn();
         energy = trial + problem.work_without_potential(state, &ws.step, alpha);
         ws.accept(state);
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
-        // Without restoration a raise is lowered step by step.
-        let back = if Workspace::restores(problem) { wanted } else { sigma };
-        sigma = next_shift([back, sigma], alpha);
+        sigma = next_shift(sigma, alpha);
     };
     if report.status != Status::Converged {
         // The next call may begin at another state.
@@ -484,14 +493,9 @@ fn predict_forces(problem: &Problem<'_>, before: &State, step: &Tangent, forces:
     });
 }
 
-/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`, raised from a `wanted` one that
-/// did not make the matrix positive definite.
-fn next_shift([wanted, sigma]: [f64; 2], alpha: f64) -> f64 {
-    let next = match () {
-        () if alpha < SHORT_STEP => RAISE_AFTER_SHORT_STEP * sigma,
-        () if sigma > wanted => wanted.max(LOWER_AFTER_RAISE * sigma),
-        () => LOWER * sigma,
-    };
+/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`.
+fn next_shift(sigma: f64, alpha: f64) -> f64 {
+    let next = if alpha < SHORT_STEP { RAISE_AFTER_SHORT_STEP * sigma } else { LOWER * sigma };
     if next < NO_SHIFT { 0.0 } else { next }
 }
 
