@@ -200,10 +200,27 @@ impl<'a> Study<'a> {
         let (scenario, built) = crate::load_with_files(text, *files, registry)
             .and_then(|(scenario, built)| crate::mesh::by_accuracy(scenario, built, registry, monitor))
             .map_err(NoAnswer::Faults)?;
+        Ok(Self::of(source, scenario, built))
+    }
+
+    /// Reads a scenario and gives it the mesh of another one that differs in numbers only, so that results of both can
+    /// be subtracted.
+    ///
+    /// # Errors
+    /// Faults of the scenario.
+    pub fn on_mesh_of(source: Source<'a>, other: &Scenario) -> Result<Self, NoAnswer> {
+        let (mut scenario, built) =
+            crate::load_with_files(source.text, source.files, source.registry).map_err(NoAnswer::Faults)?;
+        let changes = scenario.keep_mesh_of(other);
+        let built = if changes { scenario.build(source.registry).map_err(NoAnswer::Faults)? } else { built };
+        Ok(Self::of(source, scenario, built))
+    }
+
+    fn of(source: Source<'a>, scenario: Scenario, built: Built) -> Self {
         let Built { network, coarse, schedule, minimiser, stop, .. } = built;
-        Ok(Self {
+        Self {
             catalogue: Catalogue::new(&scenario, &network),
-            driver: InteractiveDriver::new(minimiser, stop, false, monitor.clone()),
+            driver: InteractiveDriver::new(minimiser, stop, false, source.monitor.clone()),
             steps: steps_of(&schedule).into_owned(),
             ends: Vec::new(),
             source,
@@ -212,7 +229,12 @@ impl<'a> Study<'a> {
             coarse,
             schedule,
             stop,
-        })
+        }
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
     }
 
     /// Carries out the scenario up to the end of a step, and differentiates there.

@@ -1,0 +1,235 @@
+//! Computed positions of the measured points as a function of the unknowns.
+
+use super::least_squares::{Computed, Model, Stopped};
+use super::points::MeasuredPoint;
+use super::unknowns::Unknown;
+use crate::sensitivity::{NoAnswer, Source, Study};
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
+use wireloom_core::{StepResult, Value, Vector};
+use wireloom_scenario::record::with_value;
+use wireloom_scenario::{Fault, Scenario};
+
+/// Step of differences between runs, in units of the unknowns: positions of runs agree to about 1e-7 of the length.
+const STEP: f64 = 1e-3;
+
+/// What the work was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Scenarios that were carried out.
+    pub solves: usize,
+    /// Those among them that came to no equilibrium at one of the measured steps, or were refused.
+    pub failed: usize,
+    /// Derivatives of one configuration by one unknown.
+    pub derivatives: usize,
+    /// Those among them that came from differences of runs, because the equilibrium has none: contact changes, or it is
+    /// neutral.
+    pub by_runs: usize,
+    /// Those among them that could not be computed, and count as zero.
+    pub none: usize,
+}
+
+/// A harness with unknowns.
+pub struct Harness<'a> {
+    /// The scenario; every unknown is written out in its text.
+    pub source: Source<'a>,
+    /// The scenario whose mesh is kept.
+    pub mesh: &'a Scenario,
+    /// The unknowns.
+    pub unknowns: &'a [Unknown],
+    /// The points.
+    pub points: &'a [MeasuredPoint],
+    /// The work so far.
+    pub work: Work,
+    /// Why the last scenario came to no equilibrium.
+    pub failure: Option<String>,
+}
+
+impl Harness<'_> {
+    /// The scenario's text with other values of the unknowns; comments stay.
+    ///
+    /// # Errors
+    /// If a value cannot be written.
+    pub fn text(&self, theta: &DVector<f64>) -> Result<String, String> {
+        let mut text = self.source.text.to_owned();
+        for (unknown, theta) in self.unknowns.iter().zip(theta) {
+            let value = Value::Number(unknown.value(*theta));
+            text = with_value(&text, &unknown.key, &value, self.source.registry).map_err(|fault| fault.message)?;
+        }
+        Ok(text)
+    }
+
+    /// The steps that were measured.
+    pub fn steps(&self) -> BTreeSet<usize> {
+        self.points.iter().map(|point| point.step).collect()
+    }
+
+    /// Carries out the scenario up to the last measured step. `None`: it came to no equilibrium there.
+    fn study<'t>(&mut self, text: &'t str) -> Result<Option<Study<'t>>, Stopped>
+    where
+        Self: 't,
+    {
+        let Source { files, registry, monitor, .. } = self.source.clone();
+        self.work.solves += 1;
+        let last = self.points.iter().map(|point| point.step).max().unwrap_or(0);
+        // The lifetimes of files and registry are longer than that of the text.
+        let source = Source { text, files, registry, monitor };
+        let carried = Study::on_mesh_of(source, self.mesh).and_then(|mut study| study.run_to(last).map(|()| study));
+        match carried {
+            Ok(study) => Ok(Some(study)),
+            Err(NoAnswer::Stopped) => Err(Stopped),
+            Err(reason) => {
+                self.work.failed += 1;
+                self.failure = Some(match reason {
+                    NoAnswer::Faults(faults) => faults.first().map_or_else(String::new, |Fault { message, .. }| message.clone()),
+                    other => other.to_string(),
+                });
+                Ok(None)
+            }
+        }
+    }
+
+    /// The equilibria at the end of each step up to the last measured one. `None`: there is none.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn ends(&mut self, theta: &DVector<f64>) -> Result<Option<Vec<StepResult>>, Stopped> {
+        let Ok(text) = self.text(theta) else { return Ok(None) };
+        let study = self.study(&text)?;
+        Ok(study.map(|study| study.ends()[1..].iter().map(|ended| ended.end.clone()).collect()))
+    }
+
+    fn residuals(&self, study: &Study<'_>) -> DVector<f64> {
+        let of_point = |point: &MeasuredPoint| {
+            let computed = position(&study.ends()[point.step + 1].end, &point.marker);
+            point.residuals(&computed).collect::<Vec<f64>>()
+        };
+        DVector::from_vec(self.points.iter().flat_map(of_point).collect())
+    }
+
+    /// Derivatives of the residuals by θ.
+    fn jacobian(
+        &mut self,
+        study: &mut Study<'_>,
+        theta: &DVector<f64>,
+        residuals: &DVector<f64>,
+    ) -> Result<DMatrix<f64>, Stopped> {
+        let mut jacobian = DMatrix::zeros(residuals.len(), self.unknowns.len());
+        let mut missing = BTreeSet::new();
+        for step in self.steps() {
+            self.work.derivatives += self.unknowns.len();
+            missing.extend(self.derivatives(study, step, theta, &mut jacobian)?.into_iter().map(|j| (j, step)));
+        }
+        self.work.by_runs += missing.len();
+        let unknowns: BTreeSet<usize> = missing.iter().map(|(j, _)| *j).collect();
+        for j in unknowns {
+            let steps: BTreeSet<usize> = missing.iter().filter(|(own, _)| *own == j).map(|(_, step)| *step).collect();
+            let Some(column) = self.difference(theta, j, residuals)? else {
+                self.work.none += steps.len();
+                continue;
+            };
+            for (i, point) in rows(self.points).filter(|(_, point)| steps.contains(&point.step)) {
+                (i..i + point.coordinates()).for_each(|i| jacobian[(i, j)] = column[i]);
+            }
+        }
+        Ok(jacobian)
+    }
+
+    /// Derivatives at the end of one step, from equilibria near it. Returns the unknowns for which there are none.
+    fn derivatives(
+        &self,
+        study: &mut Study<'_>,
+        step: usize,
+        theta: &DVector<f64>,
+        jacobian: &mut DMatrix<f64>,
+    ) -> Result<Vec<usize>, Stopped> {
+        let names = |point: &MeasuredPoint| {
+            let axes = ["x", "y", "z"].into_iter().zip(point.position).filter(|(_, measured)| measured.is_some());
+            axes.map(|(axis, _)| format!("position_{axis}.{}", point.marker)).collect::<Vec<String>>()
+        };
+        let here = || rows(self.points).filter(|(_, point)| point.step == step);
+        let outputs: BTreeSet<String> = here().flat_map(|(_, point)| names(point)).collect();
+        let outputs: Vec<String> = outputs.into_iter().collect();
+        let keys: Vec<String> = self.unknowns.iter().map(|unknown| unknown.key.clone()).collect();
+        let increments = study.steps()[step].increments;
+        let found = study
+            .parameters(&keys)
+            .and_then(|parameters| study.derivatives((step, increments), &outputs, &parameters));
+        let found = match found {
+            Ok(found) => found,
+            Err(NoAnswer::Stopped) => return Err(Stopped),
+            Err(_) => return Ok((0..self.unknowns.len()).collect()),
+        };
+        let mut missing = BTreeSet::new();
+        for (first, point) in here() {
+            for (i, name) in names(point).iter().enumerate() {
+                let Some(output) = found.outputs.iter().find(|output| output.name == *name) else { continue };
+                for (j, derivative) in output.by.iter().enumerate() {
+                    match derivative.value {
+                        Some(value) => jacobian[(first + i, j)] = value * self.unknowns[j].slope(theta[j]),
+                        None => {
+                            missing.insert(j);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(missing.into_iter().collect())
+    }
+
+    /// Difference of runs by an unknown; to one side where there is no equilibrium on the other. `None`: on neither.
+    fn difference(
+        &mut self,
+        theta: &DVector<f64>,
+        j: usize,
+        residuals: &DVector<f64>,
+    ) -> Result<Option<DVector<f64>>, Stopped> {
+        let mut at = |h: f64| {
+            let mut theta = theta.clone();
+            theta[j] += h;
+            let Ok(text) = self.text(&theta) else { return Ok(None) };
+            let study = self.study(&text)?;
+            Ok(study.map(|study| self.residuals(&study)))
+        };
+        Ok(match (at(-STEP)?, at(STEP)?) {
+            (Some(below), Some(above)) => Some((above - below) / (2.0 * STEP)),
+            (Some(below), None) => Some((residuals - below) / STEP),
+            (None, Some(above)) => Some((above - residuals) / STEP),
+            (None, None) => None,
+        })
+    }
+}
+
+impl Model for Harness<'_> {
+    fn compute(
+        &mut self,
+        theta: &DVector<f64>,
+        wanted: &mut dyn FnMut(&DVector<f64>) -> bool,
+    ) -> Result<Computed, Stopped> {
+        let Ok(text) = self.text(theta) else { return Ok(None) };
+        let Some(mut study) = self.study(&text)? else { return Ok(None) };
+        let residuals = self.residuals(&study);
+        if !residuals.iter().all(|residual| residual.is_finite()) {
+            return Ok(None);
+        }
+        let jacobian =
+            if wanted(&residuals) { Some(self.jacobian(&mut study, theta, &residuals)?) } else { None };
+        Ok(Some((residuals, jacobian)))
+    }
+}
+
+/// The points with the index of their first residual.
+pub fn rows(points: &[MeasuredPoint]) -> impl Iterator<Item = (usize, &MeasuredPoint)> {
+    points.iter().scan(0, |next, point| {
+        let first = *next;
+        *next += point.coordinates();
+        Some((first, point))
+    })
+}
+
+/// Computed position of a marker or a joint; not a number where there is none.
+pub fn position(end: &StepResult, name: &str) -> Vector {
+    let marker = end.markers.iter().find(|marker| marker.name == name).map(|marker| marker.position);
+    let joint = || end.joints.iter().find(|joint| joint.name == name).map(|joint| joint.position);
+    marker.or_else(joint).unwrap_or_else(|| Vector::repeat(f64::NAN))
+}
