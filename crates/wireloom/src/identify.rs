@@ -485,13 +485,16 @@ impl Fit<'_> {
         if deviation < NARROW {
             return Ok(None);
         }
-        let scale = statistics.noise.unwrap_or(at.scale) * statistics.widened;
-        let here = self.problem.cost(&at.theta, &at.residuals, scale);
+        // In the function that was minimised: its minimum is here.
+        let here = self.problem.cost(&at.theta, &at.residuals, at.scale);
+        let (mut normal, _) = self.problem.points.normal(&at.jacobian, &at.residuals, at.scale);
+        self.problem.priors.iter().for_each(|prior| prior.add_to(&mut normal));
         for (side, words) in [(-SIDE, "smaller"), (SIDE, "larger")] {
-            let theta = &at.theta + statistics.profile(i, side);
+            let step = statistics.profile(i, side);
+            let theta = &at.theta + &step;
             let Some((residuals, _)) = harness.compute(&theta, &mut |_| false)? else { continue };
-            let grown = self.problem.cost(&theta, &residuals, scale) - here;
-            if grown < OPEN * SIDE * SIDE {
+            let grown = self.problem.cost(&theta, &residuals, at.scale) - here;
+            if grown < OPEN * step.dot(&(&normal * &step)) {
                 let value = self.unknowns[i].value(theta[i]);
                 let unit = &self.unknowns[i].unit;
                 return Ok(Some(format!("{words} values fit as well: {value:.4e} {unit}")));
@@ -540,7 +543,12 @@ impl Fit<'_> {
                 });
                 all.len() - 1
             });
-            let computed = end.map_or_else(|| Vector::repeat(f64::NAN), |end| position(end, &point.marker));
+            let mut computed = end.map_or_else(|| Vector::repeat(f64::NAN), |end| position(end, &point.marker));
+            let mut rest = self.problem.points.ranges[k].clone();
+            for (axis, measured) in point.position.iter().enumerate() {
+                let Some(measured) = measured else { continue };
+                computed[axis] = measured + rest.next().map_or(0.0, |i| at.residuals[i]);
+            }
             all[own].points.push(FittedPoint {
                 marker: point.marker.clone(),
                 measured: point.position,

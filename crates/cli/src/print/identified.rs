@@ -17,7 +17,8 @@ pub fn print(found: &Identified, out: &mut dyn Write) -> io::Result<()> {
     let mut table = Columns::new(["key", ">start", ">value", ">deviation", ">95 % interval", "unit", "remark"]);
     for own in &found.parameters {
         let shown = |value: Option<f64>| value.map_or("none".to_owned(), number);
-        let interval = own.interval.map_or("none".to_owned(), |[low, high]| format!("{} … {}", number(low), number(high)));
+        let interval =
+            own.interval.map_or("none".to_owned(), |[low, high]| format!("{} … {}", number(low), number(high)));
         table.row([
             own.key.clone(),
             number(own.start),

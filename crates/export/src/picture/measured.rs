@@ -59,7 +59,9 @@ fn draw(shapes: &[MeasuredShape<'_>], title: &str) -> String {
                 let ([x, y], [u, v]) = (panel.place(measured), panel.place(computed));
                 page.line([x, y], [u, v], "stroke-width=\"0.6\"");
                 let (x, y) = (number(x), number(y));
-                page.raw(&format!("<circle class=\"measured\" cx=\"{x}\" cy=\"{y}\" r=\"{RADIUS}\" stroke-width=\"0.9\"/>"));
+                page.raw(&format!(
+                    "<circle class=\"measured\" cx=\"{x}\" cy=\"{y}\" r=\"{RADIUS}\" stroke-width=\"0.9\"/>"
+                ));
             }
             page.close();
         }

@@ -81,7 +81,9 @@ impl Harness<'_> {
             Err(reason) => {
                 self.work.failed += 1;
                 self.failure = Some(match reason {
-                    NoAnswer::Faults(faults) => faults.first().map_or_else(String::new, |Fault { message, .. }| message.clone()),
+                    NoAnswer::Faults(faults) => {
+                        faults.first().map_or_else(String::new, |Fault { message, .. }| message.clone())
+                    }
                     other => other.to_string(),
                 });
                 Ok(None)
@@ -99,12 +101,34 @@ impl Harness<'_> {
         Ok(study.map(|study| study.ends()[1..].iter().map(|ended| ended.end.clone()).collect()))
     }
 
-    fn residuals(&self, study: &Study<'_>) -> DVector<f64> {
-        let of_point = |point: &MeasuredPoint| {
-            let computed = position(&study.ends()[point.step + 1].end, &point.marker);
-            point.residuals(&computed).collect::<Vec<f64>>()
-        };
-        DVector::from_vec(self.points.iter().flat_map(of_point).collect())
+    /// Computed minus measured coordinates. A run balances forces to its tolerance, which may leave soft cables some
+    /// micrometres off: too much for differences. So the positions are those of the nearby equilibrium that is balanced
+    /// to round-off, where there is one.
+    fn residuals(&self, study: &mut Study<'_>) -> DVector<f64> {
+        let mut positions: Vec<Vector> = Vec::with_capacity(self.points.len());
+        for point in self.points {
+            positions.push(position(&study.ends()[point.step + 1].end, &point.marker));
+        }
+        for step in self.steps() {
+            let outputs = self.outputs(step);
+            let increments = study.steps()[step].increments;
+            let Ok(balanced) = study.derivatives((step, increments), &outputs, &[]) else { continue };
+            for (point, position) in self.points.iter().zip(&mut positions).filter(|(point, _)| point.step == step) {
+                for (k, name) in names(point) {
+                    let output = balanced.outputs.iter().find(|output| output.name == name);
+                    position[k] = output.and_then(|output| output.value).unwrap_or(position[k]);
+                }
+            }
+        }
+        let of_point = |(point, computed): (&MeasuredPoint, &Vector)| point.residuals(computed).collect::<Vec<f64>>();
+        DVector::from_vec(self.points.iter().zip(&positions).flat_map(of_point).collect())
+    }
+
+    /// Names of the coordinates that were measured in a step.
+    fn outputs(&self, step: usize) -> Vec<String> {
+        let here = self.points.iter().filter(|point| point.step == step);
+        let all: BTreeSet<String> = here.flat_map(names).map(|(_, name)| name).collect();
+        all.into_iter().collect()
     }
 
     /// Derivatives of the residuals by θ.
@@ -143,27 +167,20 @@ impl Harness<'_> {
         theta: &DVector<f64>,
         jacobian: &mut DMatrix<f64>,
     ) -> Result<Vec<usize>, Stopped> {
-        let names = |point: &MeasuredPoint| {
-            let axes = ["x", "y", "z"].into_iter().zip(point.position).filter(|(_, measured)| measured.is_some());
-            axes.map(|(axis, _)| format!("position_{axis}.{}", point.marker)).collect::<Vec<String>>()
-        };
-        let here = || rows(self.points).filter(|(_, point)| point.step == step);
-        let outputs: BTreeSet<String> = here().flat_map(|(_, point)| names(point)).collect();
-        let outputs: Vec<String> = outputs.into_iter().collect();
+        let outputs = self.outputs(step);
         let keys: Vec<String> = self.unknowns.iter().map(|unknown| unknown.key.clone()).collect();
         let increments = study.steps()[step].increments;
-        let found = study
-            .parameters(&keys)
-            .and_then(|parameters| study.derivatives((step, increments), &outputs, &parameters));
+        let found =
+            study.parameters(&keys).and_then(|parameters| study.derivatives((step, increments), &outputs, &parameters));
         let found = match found {
             Ok(found) => found,
             Err(NoAnswer::Stopped) => return Err(Stopped),
             Err(_) => return Ok((0..self.unknowns.len()).collect()),
         };
         let mut missing = BTreeSet::new();
-        for (first, point) in here() {
-            for (i, name) in names(point).iter().enumerate() {
-                let Some(output) = found.outputs.iter().find(|output| output.name == *name) else { continue };
+        for (first, point) in rows(self.points).filter(|(_, point)| point.step == step) {
+            for (i, (_, name)) in names(point).enumerate() {
+                let Some(output) = found.outputs.iter().find(|output| output.name == name) else { continue };
                 for (j, derivative) in output.by.iter().enumerate() {
                     match derivative.value {
                         Some(value) => jacobian[(first + i, j)] = value * self.unknowns[j].slope(theta[j]),
@@ -189,7 +206,7 @@ impl Harness<'_> {
             theta[j] += h;
             let Ok(text) = self.text(&theta) else { return Ok(None) };
             let study = self.study(&text)?;
-            Ok(study.map(|study| self.residuals(&study)))
+            Ok(study.map(|mut study| self.residuals(&mut study)))
         };
         Ok(match (at(-STEP)?, at(STEP)?) {
             (Some(below), Some(above)) => Some((above - below) / (2.0 * STEP)),
@@ -208,12 +225,11 @@ impl Model for Harness<'_> {
     ) -> Result<Computed, Stopped> {
         let Ok(text) = self.text(theta) else { return Ok(None) };
         let Some(mut study) = self.study(&text)? else { return Ok(None) };
-        let residuals = self.residuals(&study);
+        let residuals = self.residuals(&mut study);
         if !residuals.iter().all(|residual| residual.is_finite()) {
             return Ok(None);
         }
-        let jacobian =
-            if wanted(&residuals) { Some(self.jacobian(&mut study, theta, &residuals)?) } else { None };
+        let jacobian = if wanted(&residuals) { Some(self.jacobian(&mut study, theta, &residuals)?) } else { None };
         Ok(Some((residuals, jacobian)))
     }
 }
@@ -225,6 +241,13 @@ pub fn rows(points: &[MeasuredPoint]) -> impl Iterator<Item = (usize, &MeasuredP
         *next += point.coordinates();
         Some((first, point))
     })
+}
+
+/// The coordinates of a point that were measured, each with its name as an output.
+fn names(point: &MeasuredPoint) -> impl Iterator<Item = (usize, String)> {
+    let axes = ["x", "y", "z"].into_iter().zip(point.position).enumerate();
+    let measured = axes.filter(|(_, (_, measured))| measured.is_some());
+    measured.map(|(k, (axis, _))| (k, format!("position_{axis}.{}", point.marker)))
 }
 
 /// Computed position of a marker or a joint; not a number where there is none.

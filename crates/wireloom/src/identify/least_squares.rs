@@ -313,12 +313,7 @@ fn iterate(
 }
 
 /// The damped step of the free unknowns, and the decrease of F that it predicts.
-fn step(
-    normal: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    free: &[usize],
-    damping: f64,
-) -> (DVector<f64>, f64) {
+fn step(normal: &DMatrix<f64>, gradient: &DVector<f64>, free: &[usize], damping: f64) -> (DVector<f64>, f64) {
     let mut all = DVector::zeros(gradient.len());
     if free.is_empty() {
         return (all, 0.0);

@@ -44,11 +44,8 @@ pub struct Names<'a> {
 /// All faults, with their places in the text.
 pub fn read(text: &str, names: Names<'_>) -> Result<Vec<MeasuredPoint>, Vec<Fault>> {
     let start = text.len() - text.trim_start_matches('\u{feff}').len();
-    let mut reader = ReaderBuilder::new()
-        .trim(Trim::All)
-        .comment(Some(b'#'))
-        .flexible(true)
-        .from_reader(&text.as_bytes()[start..]);
+    let mut reader =
+        ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).flexible(true).from_reader(&text.as_bytes()[start..]);
     let line_at = |at: usize| {
         let at = (start + at).min(text.len());
         // The reader's places are before the empty lines and comments that it skips.
@@ -201,14 +198,14 @@ mod tests {
     fn reads(text: &str) -> Result<Vec<MeasuredPoint>, Vec<(usize, String)>> {
         let (steps, markers) = (["hang".to_owned(), "bend".to_owned()], ["m1".to_owned(), "m2".to_owned()]);
         let names = Names { steps: &steps, markers: &markers, reach: 1.5 };
-        read(text, names).map_err(|faults| {
-            faults.into_iter().map(|fault| (fault.position(text).0, fault.message)).collect()
-        })
+        read(text, names)
+            .map_err(|faults| faults.into_iter().map(|fault| (fault.position(text).0, fault.message)).collect())
     }
 
     #[test]
     fn columns_come_in_any_order_and_cells_may_be_empty() {
-        let text = "\u{feff}# by hand\nmarker, x, y, z, configuration\n\n m2 ,0.1, ,-2e-1,bend\n# late\nm1,0,0,1,hang\n";
+        let text =
+            "\u{feff}# by hand\nmarker, x, y, z, configuration\n\n m2 ,0.1, ,-2e-1,bend\n# late\nm1,0,0,1,hang\n";
         let points = reads(text).expect("no faults");
         assert_eq!(points.len(), 2);
         assert_eq!((points[0].step, &*points[0].marker, points[0].position), (1, "m2", [Some(0.1), None, Some(-0.2)]));

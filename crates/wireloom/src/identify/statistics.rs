@@ -83,8 +83,8 @@ impl Statistics {
             _ => 1.96,
         };
         let by_data = deviations(&(&data + priors(of_model)));
-        let covariance =
-            inverse(&(&data + all_priors)).unwrap_or_else(|| DMatrix::from_diagonal_element(unknowns, unknowns, f64::INFINITY));
+        let covariance = inverse(&(&data + all_priors))
+            .unwrap_or_else(|| DMatrix::from_diagonal_element(unknowns, unknowns, f64::INFINITY));
         let correlation = |i: usize, j: usize| {
             if i == j { 1.0 } else { covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt() }
         };

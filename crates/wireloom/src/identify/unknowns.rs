@@ -167,10 +167,14 @@ pub fn unknowns(
     for (key, [value, deviation]) in wishes.priors {
         let own = named(&mut all, key, "a prior")?;
         if !(deviation.is_finite() && *deviation > 0.0 && value.is_finite()) {
-            return Err(format!("the prior of `{key}`, {value} with deviation {deviation}: the deviation must be above 0"));
+            return Err(format!(
+                "the prior of `{key}`, {value} with deviation {deviation}: the deviation must be above 0"
+            ));
         }
         if own.logarithm && *value <= 0.0 {
-            return Err(format!("the prior of `{key}` is {value}: it must be above 0, as the value of the scenario is"));
+            return Err(format!(
+                "the prior of `{key}` is {value}: it must be above 0, as the value of the scenario is"
+            ));
         }
         (own.prior, own.knowledge) = ([*value, *deviation], Knowledge::Given);
     }
@@ -181,7 +185,9 @@ pub fn unknowns(
         }
         if !(*low..=*high).contains(&own.start) {
             let Unknown { start, unit, .. } = own;
-            return Err(format!("the bounds of `{key}`, {low} and {high}, exclude its start in the scenario, {start} {unit}"));
+            return Err(format!(
+                "the bounds of `{key}`, {low} and {high}, exclude its start in the scenario, {start} {unit}"
+            ));
         }
         own.bounds = [*low, *high];
     }
