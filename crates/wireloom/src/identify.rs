@@ -24,7 +24,8 @@
 //!
 //! # Method
 //!
-//! Every trial carries the scenario out from its beginning, on one mesh. Steps are those of Gauss and Newton with the
+//! Every trial carries the scenario out from its beginning, on one mesh; the initial equilibrium is searched for near
+//! that of the values from which the fit goes on, if it has one there. Steps are those of Gauss and Newton with the
 //! derivatives of [`crate::sensitivity`], damped after Levenberg and Marquardt. Where an equilibrium has no derivatives
 //! (contact changes, it is neutral) they are differences of whole runs. A trial that comes to no equilibrium makes the
 //! step shorter. The loss is that of Huber: points farther than three times the noise pull with a constant force. The
@@ -181,6 +182,9 @@ pub struct Identified {
     pub neighbour_correlation: Option<f64>,
     /// Factor on deviations because of it.
     pub widened: f64,
+    /// Whether the fitted scenario, carried out from its beginning, comes to the same equilibria. Where it does not, the
+    /// harness has several, and its steps do not decide between them.
+    pub repeatable: bool,
     /// The parameters, in the order in which they were asked for.
     pub parameters: Vec<Estimate>,
     /// Their correlations.
@@ -305,6 +309,7 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
         unknowns: &unknowns,
         points: &points,
         work: harness::Work::default(),
+        reference: None,
         failure: None,
     };
     let start = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|own| own.theta(own.start)));
@@ -410,6 +415,14 @@ impl Fit<'_> {
         // A monitor that has stopped the fit would stop this one, too; what was computed is not lost.
         harness.source.monitor = wireloom_core::Monitor::default();
         let ends = harness.ends(&at.theta).map_err(|Stopped| NoFit::Stopped)?.unwrap_or_default();
+        // Users carry the fitted scenario out from its beginning.
+        harness.reference = None;
+        let anew = harness.ends(&at.theta).map_err(|Stopped| NoFit::Stopped)?.unwrap_or_default();
+        let apart = |point: &MeasuredPoint| {
+            let [one, other] = [&ends, &anew].map(|all| all.get(point.step).map(|end| position(end, &point.marker)));
+            one.zip(other).is_none_or(|(one, other)| !((one - other).norm() <= at.scale))
+        };
+        let repeatable = !self.points.iter().any(apart);
         let work = harness.work;
         let parameters = reasons.into_iter().enumerate().map(|(i, reason)| self.estimate(i, at, &statistics, reason));
         let parameters: Vec<Estimate> = parameters.collect();
@@ -434,6 +447,7 @@ impl Fit<'_> {
             noise: statistics.noise,
             neighbour_correlation: statistics.neighbours,
             widened: statistics.widened,
+            repeatable,
             correlations: unknowns.map(|i| statistics.correlations.row(i).iter().copied().collect()).collect(),
             text: harness.text(&at.theta).map_err(NoFit::Question)?,
             status,

@@ -46,6 +46,7 @@ use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Monitor, Network, Registry, Status};
 use wireloom_scenario::fault::did_you_mean;
 use wireloom_scenario::{Built, Fault, Files, Scenario, number_at};
+use wireloom_solve::steps::checkpoint::Checkpoint;
 use wireloom_solve::steps::interactive::{Ended, InteractiveDriver};
 use wireloom_solve::steps::nearby::{Neighbourhood, NotFound};
 use wireloom_solve::steps::{Interruption, steps_of};
@@ -303,6 +304,14 @@ impl<'a> Study<'a> {
     /// If there is such a name.
     pub fn check(&self, of: &[String]) -> Result<(), NoAnswer> {
         of.iter().try_for_each(|name| self.catalogue.check(name))
+    }
+
+    /// Finds the initial equilibrium near that of another scenario, which differs in numbers only, so that both are the
+    /// same of several. Where there is none nearby, [`Self::run_to`] finds it from the layout.
+    pub fn start_near(&mut self, other: &Network, start: &Checkpoint) {
+        if self.ends.is_empty() {
+            self.ends.extend(self.driver.start_near(&self.network, &self.schedule, (other, start)));
+        }
     }
 
     /// Carries out the scenario up to the end of a step, from where it is.

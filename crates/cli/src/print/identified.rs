@@ -88,6 +88,12 @@ pub fn remarks(found: &Identified) -> Vec<String> {
             found.widened
         ));
     }
+    if !found.repeatable {
+        lines.push(
+            "carried out anew, the fitted scenario comes to other equilibria: its steps do not decide between several"
+                .to_owned(),
+        );
+    }
     let weighted = found.configurations.iter().flat_map(|own| &own.points).filter(|point| point.weight < 1.0).count();
     if weighted > 0 {
         lines.push(format!("{weighted} points are far off, and count less than the others"));

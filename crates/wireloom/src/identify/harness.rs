@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use wireloom_core::{StepResult, Value, Vector};
 use wireloom_scenario::record::with_value;
 use wireloom_scenario::{Fault, Scenario};
+use wireloom_solve::steps::checkpoint::Checkpoint;
 
 /// Step of differences between runs, in units of the unknowns: positions of runs agree to about 1e-7 of the length.
 const STEP: f64 = 1e-3;
@@ -41,6 +42,9 @@ pub struct Harness<'a> {
     pub points: &'a [MeasuredPoint],
     /// The work so far.
     pub work: Work,
+    /// Text and initial equilibrium of the last values from which the fit goes on. Other values are tried from near
+    /// there: where a harness has several equilibria, a search from the layout may end in any of them.
+    pub reference: Option<(String, Checkpoint)>,
     /// Why the last scenario came to no equilibrium.
     pub failure: Option<String>,
 }
@@ -74,7 +78,14 @@ impl Harness<'_> {
         let last = self.points.iter().map(|point| point.step).max().unwrap_or(0);
         // The lifetimes of files and registry are longer than that of the text.
         let source = Source { text, files, registry, monitor };
-        let carried = Study::on_mesh_of(source, self.mesh).and_then(|mut study| study.run_to(last).map(|()| study));
+        let begun = Study::on_mesh_of(source.clone(), self.mesh).map(|mut study| {
+            if let Some((text, start)) = &self.reference {
+                let other = Study::on_mesh_of(Source { text, ..source }, self.mesh);
+                other.iter().for_each(|other| study.start_near(other.network(), start));
+            }
+            study
+        });
+        let carried = begun.and_then(|mut study| study.run_to(last).map(|()| study));
         match carried {
             Ok(study) => Ok(Some(study)),
             Err(NoAnswer::Stopped) => Err(Stopped),
@@ -229,7 +240,12 @@ impl Model for Harness<'_> {
         if !residuals.iter().all(|residual| residual.is_finite()) {
             return Ok(None);
         }
-        let jacobian = if wanted(&residuals) { Some(self.jacobian(&mut study, theta, &residuals)?) } else { None };
+        let jacobian = if wanted(&residuals) {
+            self.reference = Some((text.clone(), study.ends()[0].checkpoint.clone()));
+            Some(self.jacobian(&mut study, theta, &residuals)?)
+        } else {
+            None
+        };
         Ok(Some((residuals, jacobian)))
     }
 }
