@@ -29,11 +29,11 @@ const DAMPING: f64 = 5.0;
 const SHORTER: f64 = 20.0;
 /// Largest number of iterations.
 const ITERATIONS: usize = 60;
-/// Decrease of F that a whole step predicts below which it is at its minimum: the step is then below a hundredth of
-/// the deviation of every unknown.
-const CONVERGED: f64 = 1e-4;
-/// The same where differences of F are not resolved any more: a tenth of a deviation.
-const RESOLVED: f64 = 1e-2;
+/// Decrease of F that a whole step predicts below which it is at its minimum: the step is then at most a tenth of the
+/// deviation of every unknown. Near a limit point derivatives are not exact enough for much less.
+const CONVERGED: f64 = 1e-2;
+/// The same where differences of F are not resolved any more: a quarter of a deviation.
+const RESOLVED: f64 = 5e-2;
 /// Step, in units of the unknowns, that changes nothing that could be measured.
 const SMALLEST: f64 = 1e-7;
 /// Change of the scale of the noise, relative to it, that is none.
