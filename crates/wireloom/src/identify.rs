@@ -86,6 +86,8 @@ const OPEN: f64 = 0.25;
 const AT_BOUND: f64 = 1e-6;
 /// Accuracy of computed positions, relative to the length of all branches.
 const ACCURACY: f64 = 1e-7;
+/// Distance of points of the same equilibrium, in units of the accuracy of computed positions.
+const SAME: f64 = 1e3;
 /// Largest step of an unknown in one iteration: a factor of ten.
 const LARGEST_STEP: f64 = std::f64::consts::LN_10;
 /// Correlation of two unknowns from which on they are named together.
@@ -418,11 +420,12 @@ impl Fit<'_> {
         // Users carry the fitted scenario out from its beginning.
         harness.reference = None;
         let anew = harness.ends(&at.theta).map_err(|Stopped| NoFit::Stopped)?.unwrap_or_default();
-        let apart = |point: &MeasuredPoint| {
+        let same = at.scale.max(SAME * self.problem.points.least_noise);
+        let comes_again = |point: &MeasuredPoint| {
             let [one, other] = [&ends, &anew].map(|all| all.get(point.step).map(|end| position(end, &point.marker)));
-            one.zip(other).is_none_or(|(one, other)| !((one - other).norm() <= at.scale))
+            one.zip(other).is_some_and(|(one, other)| (one - other).norm() <= same)
         };
-        let repeatable = !self.points.iter().any(apart);
+        let repeatable = self.points.iter().all(comes_again);
         let work = harness.work;
         let parameters = reasons.into_iter().enumerate().map(|(i, reason)| self.estimate(i, at, &statistics, reason));
         let parameters: Vec<Estimate> = parameters.collect();

@@ -182,9 +182,9 @@ mod tests {
             iterations: 1,
         };
         let found = Statistics::new(&problem, &at(jacobian.columns(0, 2).into_owned(), 2), &[], &[]);
-        for k in 0..2 {
-            assert!((found.deviation(k) / expected[k] - 1.0).abs() < 1e-9, "{found:?}");
-            assert!((found.by_data[k] / expected[k] - 1.0).abs() < 1e-9, "{found:?}");
+        for (k, expected) in expected.iter().enumerate() {
+            assert!((found.deviation(k) / expected - 1.0).abs() < 1e-9, "{found:?}");
+            assert!((found.by_data[k] / expected - 1.0).abs() < 1e-9, "{found:?}");
         }
         // Student's distribution with 18 degrees of freedom: tables give 2.101.
         assert!((found.quantile - 2.101).abs() < 1e-3, "{}", found.quantile);
