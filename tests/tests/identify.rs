@@ -78,7 +78,8 @@ fn with_a_stub() -> String {
         section("stub"),
         branch("cable", ["A", "J"], "cable", 0.4, 20),
         branch("stub", ["J", "B"], "stub", 0.045, 4),
-        "[[joints]]\nname = \"J\"\nmodel = \"fused\"\narms = [{ branch = \"cable\", direction = [-1, 0, 0], up = [0, 0, \
+        "[[joints]]\nname = \"J\"\nmodel = \"fused\"\narms = [{ branch = \"cable\", direction = \
+         [-1, 0, 0], up = [0, 0, \
          1] }, { branch = \"stub\", direction = [1, 0, 0], up = [0, 0, 1] }]\n"
             .to_owned(),
         connector("plug-A", "A", [0.0; 3]),
@@ -106,7 +107,8 @@ fn what_runs_away_is_always_flagged() {
 #[test]
 fn a_spring_and_a_stiffness_are_found_beside_a_missing_marker() {
     let text = std::fs::read_to_string(root().join("scenarios/branches/springy_handle.toml")).expect("a scenario")
-        + "\n[[markers]]\nname = \"m1\"\nat = { branch = \"cable\", s = 0.1 }\n[[markers]]\nname = \"m2\"\nat = { branch \
+        + "\n[[markers]]\nname = \"m1\"\nat = { branch = \"cable\", s = 0.1 }\n[[markers]]\nname = \
+           \"m2\"\nat = { branch \
            = \"cable\", s = 0.25 }\n";
     let number = |key: &str| {
         wireloom::scenario::number_at(&text, key, &wireloom::registry()).expect("a number of the scenario").value
@@ -153,7 +155,8 @@ fn what_lies_on_a_plane_is_found_with_differences_of_runs_where_contact_changes(
 #[test]
 fn a_section_of_wires_has_the_prior_of_its_rule() {
     let text = hanging().replace(
-        "diameter = \"6 mm\"\nlinear_density = \"50 g/m\"\naxial_stiffness = 1e4\nbending_stiffness = \"0.01 N m^2\"     \
+        "diameter = \"6 mm\"\nlinear_density = \"50 g/m\"\naxial_stiffness = 1e4\nbending_stiffness \
+         = \"0.01 N m^2\"     \
          # a guess\ntorsion_stiffness = 0.008\n",
         "wires = [{ type = \"FLRY-B 0.5\", count = 6 }]\n",
     );

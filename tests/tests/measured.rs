@@ -25,8 +25,9 @@ const SMOOTH: f64 = 5.0;
 type Cable = (&'static str, f64, f64, f64);
 
 /// The measured loops of one cable are 1 to 12 mm apart in the mean: they were laid anew, and the cables have a set.
-/// A loop can hardly be met better than the mean of the two others does: 1.3 to 2.6 mm (white), 5.0 to 6.6 mm (red), 8.7,
-/// 9.5 and 2.9 mm (black). Of the black cable the first two loops are so far from the others that they are not asked for.
+/// A loop can hardly be met better than the mean of the two others does: 1.3 to 2.6 mm (white), 5.0 to 6.6 mm (red),
+/// 8.7, 9.5 and 2.9 mm (black). Of the black cable the first two loops are so far from the others that they are not
+/// asked for.
 ///
 /// Reached: 1.8, 1.7 and 3.1 mm (white), 6.9, 5.9 and 5.7 mm (red), 3.2 mm (black, the last loop).
 const CABLES: [Cable; 3] =
@@ -72,7 +73,8 @@ fn scenario((cable, density, stiffness, _): Cable) -> Result<String, Failed> {
         let path: Vec<[f64; 3]> = drawn[k * POINTS..=(k + 1) * POINTS].iter().map(|[x, z]| [*x, 0.0, *z]).collect();
         writeln!(
             text,
-            "[[branches]]\nname = \"p{k}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"cable\"\nlength = {length:?}\n\
+            "[[branches]]\nname = \"p{k}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \
+             \"cable\"\nlength = {length:?}\n\
              segments = {}\ncurvature = [0.0, 0.0, 0.0]\npath = {path:?}",
             2 * POINTS
         )?;
@@ -80,7 +82,8 @@ fn scenario((cable, density, stiffness, _): Cable) -> Result<String, Failed> {
             let before = k - 1;
             writeln!(
                 text,
-                "[[joints]]\nname = \"J{k}\"\nmodel = \"fused\"\narms = [{{ branch = \"p{before}\", direction = [-1, 0, \
+                "[[joints]]\nname = \"J{k}\"\nmodel = \"fused\"\narms = [{{ branch = \"p{before}\", \
+                 direction = [-1, 0, \
                  0], up = [0, 0, 1] }}, {{ branch = \"p{k}\", direction = [1, 0, 0], up = [0, 0, 1] }}]"
             )?;
         }

@@ -184,8 +184,8 @@ pub struct Identified {
     pub neighbour_correlation: Option<f64>,
     /// Factor on deviations because of it.
     pub widened: f64,
-    /// Whether the fitted scenario, carried out from its beginning, comes to the same equilibria. Where it does not, the
-    /// harness has several, and its steps do not decide between them.
+    /// Whether the fitted scenario, carried out from its beginning, comes to the same equilibria. Where it does not,
+    /// the harness has several, and its steps do not decide between them.
     pub repeatable: bool,
     /// The parameters, in the order in which they were asked for.
     pub parameters: Vec<Estimate>,
