@@ -35,6 +35,8 @@ fn main() -> ExitCode {
         ("an unknown minimiser is refused with the known ones", unknown_minimiser),
         ("wires come from files beside the scenario, and check says what they make", wires_from_files),
         ("sensitivities prints derivatives", sensitivities),
+        ("identify finds a stiffness", identifies),
+        ("identify refuses what it cannot use, and flags what is not identifiable", does_not_identify),
         ("sensitivities refuses what is not there, and says where there is no derivative", no_sensitivities),
         ("the schema is a JSON Schema", schema),
         ("models lists every kind of the registry", models),
@@ -478,6 +480,60 @@ fn sensitivities() -> Checked {
     place.file("sweep.toml", fs::read_to_string(root().join("scenarios/sweeps/y_tolerances.toml"))?)?;
     let ended = place.run(&["sensitivities", "sweep.toml"])?.expect(0)?;
     ensure(ended.out.contains("constraints.clip-1.position.2") && ended.out.contains("constraints.clip-1.at.s"), &ended)
+}
+
+fn measured(place: &Place) -> Checked {
+    for name in ["hanging.toml", "hanging.csv"] {
+        place.file(name, fs::read_to_string(root().join("scenarios/measured").join(name))?)?;
+    }
+    Ok(())
+}
+
+fn identifies() -> Checked {
+    let place = Place::new()?;
+    measured(&place)?;
+    let asked = ["identify", "hanging.toml", "--shapes", "hanging.csv", "--fit"];
+    let keys = ["sections.cable.bending_stiffness,branches.cable.length", "--out", "found"];
+    let ended = place.run(&[&asked[..], &keys].concat())?.expect(0)?;
+    ensure(ended.out.starts_with("hanging-measured: 10 points in 2 configurations\nconverged after "), &ended)?;
+    ensure(ended.out.contains("95 % interval") && ended.out.contains("correlation"), &ended)?;
+    let found = place.json("found/identified.json")?;
+    let own = &found["parameters"][0];
+    let [low, high] = [0, 1].map(|k| own["interval"][k].as_f64().unwrap_or(f64::NAN));
+    ensure(low < 0.0137 && 0.0137 < high && own["identifiable"] == true, own)?;
+    ensure(found["configurations"][1]["points"][4]["marker"] == "m5", &found)?;
+    let again = fs::read_to_string(place.path("found/fitted.toml"))?;
+    ensure(again.contains("# a guess") && again.starts_with("# converged after "), &again)?;
+    ensure(place.path("found/shapes.svg").is_file(), &found)?;
+    place.run(&["check", "found/fitted.toml"])?.expect(0)?;
+    Ok(())
+}
+
+fn does_not_identify() -> Checked {
+    let place = Place::new()?;
+    measured(&place)?;
+    let stiffness = "sections.cable.bending_stiffness";
+    let asked = ["identify", "hanging.toml", "--shapes", "hanging.csv", "--fit", stiffness];
+    // Nothing pulls so hard that a cable becomes longer by what could be measured.
+    let ended = place.run(&[&asked[..], &["sections.cable.axial_stiffness"]].concat())?.expect(2)?;
+    ensure(ended.out.contains("sections.cable.axial_stiffness: not identifiable: the points leave"), &ended)?;
+    let ended = place.run(&[&asked[..], &["sections.cable.axial_stiffness", "--json"]].concat())?.expect(2)?;
+    let found: Value = serde_json::from_str(&ended.out)?;
+    let own = &found["parameters"][1];
+    ensure(found["identifiable"] == false && own["identifiable"] == false && own["value"].is_null(), &found)?;
+    let refused = |more: &[&str], says: &str| {
+        let ended = place.run(&[&asked[..], more].concat())?.expect(1)?;
+        ensure(ended.out.is_empty() && ended.err.contains(says), &ended)
+    };
+    refused(&["branches.cable.lenght"], "there is no `lenght`")?;
+    refused(&["--bounds", &format!("{stiffness}=0.02,0.03")], "exclude its start")?;
+    refused(&["--bounds", stiffness], "write --bounds KEY=MIN,MAX")?;
+    refused(&["--noise=-1"], "must be above 0 m")?;
+    place.file("hanging.csv", "configuration,marker,x,y,z\nwide,m9,0.1,0,0\nwide,m1,100,0,0\n")?;
+    refused(&[], "no marker `m9`")?;
+    refused(&[], "farther than the harness reaches")?;
+    place.file("hanging.csv", "configuration,marker,x,y\nwide,m1,0.1,0\n")?;
+    refused(&[], "the column `z` is missing")
 }
 
 fn no_sensitivities() -> Checked {

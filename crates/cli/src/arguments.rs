@@ -8,8 +8,8 @@ use std::path::PathBuf;
 /// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
 ///
 /// Exit codes: 0 converged; 1 the input was refused; 2 not converged or interrupted (everything computed is still
-/// written); 3 a file or folder could not be read or written, or a plugin failed; 4 (`verify` only) converged, but a
-/// requirement that must be kept fails or is unresolved.
+/// written), or (`identify`) a number is not identifiable; 3 a file or folder could not be read or written, or a plugin
+/// failed; 4 (`verify` only) converged, but a requirement that must be kept fails or is unresolved.
 #[derive(Parser)]
 #[command(name = "wireloom", version)]
 pub struct Arguments {
@@ -67,6 +67,13 @@ pub enum Command {
     /// about to snap, it says so, and gives one value for each side. Friction and everything else that has a history
     /// stays as it is at the end of the step.
     Sensitivities(SensitivitiesArguments),
+    /// Identify numbers of the scenario, such as a bending stiffness, from measured points of the real harness
+    ///
+    /// Carries out the scenario with other values until its [[markers]] come as near to the measured points as they
+    /// can (robust least squares). Prints each value with its deviation, its 95 % interval and correlations, and the
+    /// distances in each configuration. A value that the points do not determine is `not identifiable`, and has no
+    /// value: then, and where the fit does not converge, the exit code is 2.
+    Identify(IdentifyArguments),
     /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions
     ///
     /// (The page of a run is written by `run --report`.)
@@ -393,6 +400,43 @@ pub struct SensitivitiesArguments {
     pub json: bool,
     /// Write what is printed to this file instead
     #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+#[derive(Args)]
+pub struct IdentifyArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Measured points: a table with the columns configuration, marker, x, y, z (m)
+    ///
+    /// A configuration is the end of the step of that name, or the only step. A marker is one of [[markers]], or a
+    /// joint. An empty cell is a coordinate that was not measured.
+    #[arg(long, value_name = "FILE.csv")]
+    pub shapes: PathBuf,
+    /// Keys of the scenario that hold the numbers to identify, such as sections.cable.bending_stiffness
+    #[arg(long, value_name = "KEY", num_args = 1.., value_delimiter = ',', required = true)]
+    pub fit: Vec<String>,
+    /// What is known of a number before, SI [default: of values that follow from wires the rule with its uncertainty;
+    /// of others hardly anything, a factor of ten]
+    #[arg(long, value_name = "KEY=VALUE,DEVIATION")]
+    pub prior: Vec<String>,
+    /// Bounds of a number, SI [default: a factor of 10000 to both sides of the scenario's value]
+    #[arg(long, value_name = "KEY=MIN,MAX")]
+    pub bounds: Vec<String>,
+    /// Numbers of neighbours, such as the curvatures along a cable, that differ by this deviation, SI
+    #[arg(long, value_name = "KEY,KEY,...=DEVIATION")]
+    pub smooth: Vec<String>,
+    /// Standard deviation of a measured coordinate, m [default: that of the distances which remain]
+    #[arg(long, value_name = "METRES")]
+    pub noise: Option<f64>,
+    /// Print the answer as JSON, for programs
+    #[arg(long)]
+    pub json: bool,
+    /// Write identified.json, the scenario with the fitted values (fitted.toml) and a picture of measured and computed
+    /// shapes (shapes.svg) into this folder
+    #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub allowed: Allowed,

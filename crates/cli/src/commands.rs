@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod devices;
 mod explain;
+mod identify;
 mod import;
 mod models;
 mod plugin;
@@ -33,6 +34,7 @@ pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Fail
         Command::Sweep(arguments) => sweep::sweep(arguments, out),
         Command::SweepProcess(arguments) => sweep::process::compute(arguments, out),
         Command::Sensitivities(arguments) => sensitivities::sensitivities(arguments, out),
+        Command::Identify(arguments) => identify::identify(arguments, out),
         Command::Report { results, output } => report::report(results, output.as_deref(), out),
         Command::Schema => schema::schema(out),
         Command::Plugin { task } => plugin::plugin(task, out),

@@ -14,6 +14,7 @@ mod layout;
 mod legend;
 mod limits;
 mod marks;
+mod measured;
 mod obstacles;
 mod overlay;
 mod panel;
@@ -21,6 +22,7 @@ mod spans;
 mod svg;
 mod view;
 
+pub use measured::{MeasuredShape, write_measured};
 pub(crate) use overlay::{colour, overlay};
 
 use crate::format::{Ended, File, Format};

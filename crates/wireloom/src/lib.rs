@@ -52,6 +52,7 @@
 //! | read shapes, forces, events | [`result`] |
 //! | vary values over many runs | [`sweep`] |
 //! | differentiate results by numbers of the scenario | [`sensitivity`] |
+//! | identify numbers of the scenario from measured points | [`identify`](mod@identify) |
 //! | tell whether runs ended in the same equilibrium | [`compare`] |
 //! | write JSON, CSV, VTK, glTF, pictures, reports | [`export`] |
 //! | add own rods, joints, constraints, minimisers | [`parts`], [`geometry`] |
@@ -79,6 +80,7 @@ pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod harness;
+pub mod identify;
 #[cfg(feature = "kbl")]
 pub mod import;
 mod load;

@@ -46,6 +46,7 @@ use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Monitor, Network, Registry, Status};
 use wireloom_scenario::fault::did_you_mean;
 use wireloom_scenario::{Built, Fault, Files, Scenario, number_at};
+use wireloom_solve::steps::checkpoint::Checkpoint;
 use wireloom_solve::steps::interactive::{Ended, InteractiveDriver};
 use wireloom_solve::steps::nearby::{Neighbourhood, NotFound};
 use wireloom_solve::steps::{Interruption, steps_of};
@@ -200,10 +201,27 @@ impl<'a> Study<'a> {
         let (scenario, built) = crate::load_with_files(text, *files, registry)
             .and_then(|(scenario, built)| crate::mesh::by_accuracy(scenario, built, registry, monitor))
             .map_err(NoAnswer::Faults)?;
+        Ok(Self::of(source, scenario, built))
+    }
+
+    /// Reads a scenario and gives it the mesh of another one that differs in numbers only, so that results of both can
+    /// be subtracted.
+    ///
+    /// # Errors
+    /// Faults of the scenario.
+    pub fn on_mesh_of(source: Source<'a>, other: &Scenario) -> Result<Self, NoAnswer> {
+        let (mut scenario, built) =
+            crate::load_with_files(source.text, source.files, source.registry).map_err(NoAnswer::Faults)?;
+        let changes = scenario.keep_mesh_of(other);
+        let built = if changes { scenario.build(source.registry).map_err(NoAnswer::Faults)? } else { built };
+        Ok(Self::of(source, scenario, built))
+    }
+
+    fn of(source: Source<'a>, scenario: Scenario, built: Built) -> Self {
         let Built { network, coarse, schedule, minimiser, stop, .. } = built;
-        Ok(Self {
+        Self {
             catalogue: Catalogue::new(&scenario, &network),
-            driver: InteractiveDriver::new(minimiser, stop, false, monitor.clone()),
+            driver: InteractiveDriver::new(minimiser, stop, false, source.monitor.clone()),
             steps: steps_of(&schedule).into_owned(),
             ends: Vec::new(),
             source,
@@ -212,7 +230,12 @@ impl<'a> Study<'a> {
             coarse,
             schedule,
             stop,
-        })
+        }
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
     }
 
     /// Carries out the scenario up to the end of a step, and differentiates there.
@@ -281,6 +304,14 @@ impl<'a> Study<'a> {
     /// If there is such a name.
     pub fn check(&self, of: &[String]) -> Result<(), NoAnswer> {
         of.iter().try_for_each(|name| self.catalogue.check(name))
+    }
+
+    /// Finds the initial equilibrium near that of another scenario, which differs in numbers only, so that both are the
+    /// same of several. Where there is none nearby, [`Self::run_to`] finds it from the layout.
+    pub fn start_near(&mut self, other: &Network, start: &Checkpoint) {
+        if self.ends.is_empty() {
+            self.ends.extend(self.driver.start_near(&self.network, &self.schedule, (other, start)));
+        }
     }
 
     /// Carries out the scenario up to the end of a step, from where it is.

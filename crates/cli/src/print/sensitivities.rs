@@ -1,7 +1,7 @@
 //! Tables of `wireloom sensitivities`: one for each output.
 
 use crate::print::table::Columns;
-use crate::print::text::printable;
+use crate::print::text::{number, printable, with_unit};
 use std::io::{self, Write};
 use wireloom::sensitivity::{Derivative, Output, Parameter, Sensitivities};
 
@@ -37,21 +37,6 @@ pub fn print(found: &Sensitivities, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-fn number(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".to_owned(),
-        size if (1e-3..1e5).contains(&size) => {
-            // Six significant digits.
-            format!("{value:.*}", (5 - size.log10().floor() as i32).max(0) as usize)
-        }
-        _ => format!("{value:.5e}"),
-    }
-}
-
-fn with_unit(value: f64, unit: &str) -> String {
-    format!("{} {unit}", number(value)).trim_end().to_owned()
-}
-
 /// Unit of a derivative.
 fn ratio(unit: &str, parameter: &Parameter) -> String {
     let of = if unit.is_empty() { "1" } else { unit };
@@ -65,15 +50,4 @@ fn remark_on(Derivative { sides: [below, above], reason, .. }: &Derivative) -> S
     let sides: Vec<String> = sides.collect();
     let reason = reason.clone().unwrap_or_default();
     if sides.is_empty() { reason } else { format!("{} ({reason})", sides.join(", ")) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_six_digits() {
-        let shown = [0.0, 0.012, -3.25, 123456.7, 99999.9, 4e-7].map(number);
-        assert_eq!(shown, ["0", "0.0120000", "-3.25000", "1.23457e5", "99999.9", "4.00000e-7"]);
-    }
 }

@@ -17,6 +17,22 @@ pub fn counted(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
+/// Six significant digits.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        size if (1e-3..1e5).contains(&size) => {
+            format!("{value:.*}", (5 - size.log10().floor() as i32).max(0) as usize)
+        }
+        _ => format!("{value:.5e}"),
+    }
+}
+
+/// A number and its unit.
+pub fn with_unit(value: f64, unit: &str) -> String {
+    format!("{} {unit}", number(value)).trim_end().to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -24,5 +40,11 @@ mod tests {
     #[test]
     fn times_have_two_or_three_digits() {
         assert_eq!([time(2e-5), time(0.0213), time(0.213), time(3.21)], ["20 µs", "21.3 ms", "213 ms", "3.2 s"]);
+    }
+
+    #[test]
+    fn numbers_have_six_digits() {
+        let shown = [0.0, 0.012, -3.25, 123456.7, 99999.9, 4e-7].map(number);
+        assert_eq!(shown, ["0", "0.0120000", "-3.25000", "1.23457e5", "99999.9", "4.00000e-7"]);
     }
 }

@@ -6,6 +6,7 @@ use crate::report::discretisation::NodalErrors;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::{Driver, unbalanced_start_note};
+use crate::steps::initial_equilibrium::start_near;
 use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
 use std::time::Instant;
@@ -132,6 +133,26 @@ impl InteractiveDriver {
         driver.minimiser.forget();
         let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
         Ok(Ended { end, checkpoint, requirements, errors: driver.errors })
+    }
+
+    /// Finds the initial equilibrium near that of a similar harness `other`, `start`; `None` if there is none nearby.
+    pub fn start_near(
+        &mut self,
+        network: &Network,
+        schedule: &Schedule,
+        (other, start): (&Network, &Checkpoint),
+    ) -> Option<Ended> {
+        let (stop, monitor) = (self.stop, self.monitor.clone());
+        let checkpoint = start_near(network, &mut *self.minimiser, &stop, schedule, (other, start), &monitor)?;
+        self.minimiser.forget();
+        let mut driver = self.driver(network, checkpoint.clone());
+        let grade = driver.certify(Status::Converged);
+        let step = Step { name: START.to_owned(), increments: 1, ..Step::default() };
+        let mut end = driver.step_result(&step, 0, grade, 0.0);
+        let requirements = driver.check_start(&mut end);
+        let balanced = end.status == Status::Converged && !driver.is_over();
+        let errors = driver.errors;
+        balanced.then_some(Ended { end, checkpoint, requirements, errors })
     }
 
     /// Runs the next increment of a step; after the last one the checkpoint is at the beginning of the next step.

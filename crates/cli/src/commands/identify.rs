@@ -1,0 +1,108 @@
+//! `wireloom identify`: numbers of a scenario from measured points.
+
+use crate::arguments::IdentifyArguments;
+use crate::failure::{Failure, Outcome};
+use crate::files::folder::Folder;
+use crate::files::load::{self, Beside};
+use crate::interrupt;
+use crate::plugin::trust::Trust;
+use crate::print::identified;
+use std::io::{self, Write};
+use wireloom::export::picture::{MeasuredShape, write_measured};
+use wireloom::geometry::Vector;
+use wireloom::identify::{self, Identified, NoFit, Request, Wishes};
+use wireloom::sensitivity::Source;
+
+/// Identifies numbers of a scenario, prints them, and writes the files of the answer.
+pub fn identify(arguments: &IdentifyArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let IdentifyArguments { file, shapes, fit, noise, json, out: path, allowed, .. } = arguments;
+    let pairs = |all: &[String], form: &str| all.iter().map(|text| pair(text, form)).collect::<Result<Vec<_>, _>>();
+    let priors = pairs(&arguments.prior, "--prior KEY=VALUE,DEVIATION")?;
+    let bounds = pairs(&arguments.bounds, "--bounds KEY=MIN,MAX")?;
+    let smooth = arguments.smooth.iter().map(|text| smoothness(text)).collect::<Result<Vec<_>, _>>()?;
+    let loaded = load::scenario(file, &[], &Trust::to_run(allowed))?;
+    let text = loaded.texts[0].1.as_str();
+    let table = load::text(shapes)?;
+    let folder = path.as_deref().map(Folder::create).transpose()?;
+    let files = Beside::of(file);
+    interrupt::listen();
+    let source = Source { monitor: interrupt::monitor().clone(), ..Source::new(text, &files, &loaded.registry) };
+    let wishes = Wishes { fit, priors: &priors, bounds: &bounds, smooth: &smooth };
+    let found = match identify::identify(source, &Request { table: &table, wishes, noise: *noise }) {
+        Ok(found) => found,
+        Err(NoFit::Faults(faults)) => {
+            return Err(Failure::Refused(vec![load::refusal(file, text.to_owned(), faults)]));
+        }
+        Err(NoFit::Table(faults)) => return Err(Failure::Refused(vec![load::refusal(shapes, table, faults)])),
+        Err(NoFit::Part(fault)) => return Err(Failure::Part(fault)),
+        Err(refused @ NoFit::Question(_)) => return Err(Failure::Input(refused.to_string())),
+        Err(none @ (NoFit::NoStart { .. } | NoFit::Stopped)) => {
+            // Standard output is for the answer alone.
+            let _ = writeln!(io::stderr(), "{none}");
+            return Ok(Outcome::NotConverged);
+        }
+    };
+    if let Some(folder) = folder {
+        write(&found, folder)?;
+    }
+    let printed = if *json {
+        serde_json::to_writer_pretty(&mut *out, &found).map_err(io::Error::from).and_then(|()| writeln!(out))
+    } else {
+        identified::print(&found, out)
+    };
+    printed.map_err(Failure::standard_output)?;
+    Ok(if found.is_complete() { Outcome::Done } else { Outcome::NotConverged })
+}
+
+/// The files of the answer.
+fn write(found: &Identified, mut folder: Folder) -> Result<(), Failure> {
+    folder.clear()?;
+    folder.write("identified.json", |out| {
+        serde_json::to_writer_pretty(&mut *out, found)?;
+        writeln!(out)
+    })?;
+    folder.write("fitted.toml", |out| {
+        for line in identified::remarks(found) {
+            writeln!(out, "# {line}")?;
+        }
+        out.write_all(found.text.as_bytes())
+    })?;
+    let shapes = shapes(found);
+    folder.write("shapes.svg", |out| write_measured(&shapes, &format!("{}, identified", found.scenario), out))
+}
+
+/// Measured and computed shapes of each configuration.
+fn shapes(found: &Identified) -> Vec<MeasuredShape<'_>> {
+    let of_configuration = |own: &identify::Configuration| {
+        let step = found.ends.iter().find(|end| end.name == own.step)?;
+        let points = own.points.iter().map(|point| {
+            let computed = Vector::from(point.computed);
+            // What was not measured is drawn where it was computed.
+            let measured = Vector::from_fn(|i, _| point.measured[i].unwrap_or(computed[i]));
+            [measured, computed]
+        });
+        let words = format!("{}: mean distance {:.1} mm", own.name, 1e3 * own.mean_distance);
+        Some(MeasuredShape { words, step, points: points.collect() })
+    };
+    found.configurations.iter().filter_map(of_configuration).collect()
+}
+
+/// `KEY=A,B`.
+fn pair(text: &str, form: &str) -> Result<(String, [f64; 2]), Failure> {
+    let parsed = || {
+        let (key, numbers) = text.rsplit_once('=')?;
+        let (one, other) = numbers.split_once(',')?;
+        Some((key.trim().to_owned(), [one.trim().parse().ok()?, other.trim().parse().ok()?]))
+    };
+    parsed().ok_or_else(|| Failure::Input(format!("`{text}`: write {form}, with two numbers in SI units")))
+}
+
+/// `KEY,KEY,...=DEVIATION`.
+fn smoothness(text: &str) -> Result<(Vec<String>, f64), Failure> {
+    let parsed = || {
+        let (keys, deviation) = text.rsplit_once('=')?;
+        Some((keys.split(',').map(|key| key.trim().to_owned()).collect(), deviation.trim().parse().ok()?))
+    };
+    let form = "--smooth KEY,KEY,...=DEVIATION, with a number in SI units";
+    parsed().ok_or_else(|| Failure::Input(format!("`{text}`: write {form}")))
+}

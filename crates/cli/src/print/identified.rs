@@ -1,0 +1,117 @@
+//! The answer of `wireloom identify` in words.
+
+use crate::print::table::Columns;
+use crate::print::text::{number, printable, with_unit};
+use std::io::{self, Write};
+use wireloom::identify::{Estimate, Identified};
+
+/// Prints the answer.
+pub fn print(found: &Identified, out: &mut dyn Write) -> io::Result<()> {
+    let points: usize = found.configurations.iter().map(|own| own.points.len()).sum();
+    let configurations = found.configurations.len();
+    writeln!(out, "{}: {points} points in {configurations} configurations", printable(&found.scenario))?;
+    for line in remarks(found) {
+        writeln!(out, "{line}")?;
+    }
+    writeln!(out)?;
+    let mut table = Columns::new(["key", ">start", ">value", ">deviation", ">95 % interval", "unit", "remark"]);
+    for own in &found.parameters {
+        let shown = |value: Option<f64>| value.map_or("none".to_owned(), number);
+        let interval =
+            own.interval.map_or("none".to_owned(), |[low, high]| format!("{} … {}", number(low), number(high)));
+        table.row([
+            own.key.clone(),
+            number(own.start),
+            shown(own.value),
+            shown(own.deviation),
+            interval,
+            own.unit.clone(),
+            remark(own),
+        ]);
+    }
+    table.print(out)?;
+    let n = found.parameters.len();
+    let mut correlated = Columns::new(["key", "key", ">correlation"]);
+    for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (j, i))) {
+        let keys = [i, j].map(|k| found.parameters[k].key.clone());
+        let [other, one] = keys;
+        correlated.row([one, other, format!("{:.2}", found.correlations[i][j])]);
+    }
+    correlated.print(out)?;
+    let mut table = Columns::new(["configuration", "step", "status", ">points", ">mean", ">rms", ">largest", "at"]);
+    for own in &found.configurations {
+        let largest = own.points.iter().max_by(|a, b| a.distance.total_cmp(&b.distance));
+        let mm = |distance: f64| format!("{:.3} mm", 1e3 * distance);
+        table.row([
+            own.name.clone(),
+            own.step.clone(),
+            own.status.to_owned(),
+            own.points.len().to_string(),
+            mm(own.mean_distance),
+            mm(own.rms_distance),
+            mm(own.largest_distance),
+            largest.map_or(String::new(), |point| point.marker.clone()),
+        ]);
+    }
+    table.print(out)
+}
+
+/// What is to be known before the values are used: status, work, misfit, and what is not identifiable.
+pub fn remarks(found: &Identified) -> Vec<String> {
+    let Identified { iterations, solves, failed_solves, derivatives, derivatives_by_runs, .. } = found;
+    let mut lines = vec![format!(
+        "{} after {iterations} iterations, {solves} runs{}",
+        found.status.words(),
+        match failed_solves {
+            0 => String::new(),
+            n => format!(", of which {n} came to no equilibrium (the step was shortened)"),
+        }
+    )];
+    if *derivatives_by_runs > 0 {
+        let missing = match found.derivatives_missing {
+            0 => String::new(),
+            n => format!("; {n} of these could not be computed"),
+        };
+        lines.push(format!(
+            "{derivatives_by_runs} of {derivatives} derivatives are differences of whole runs, because contact \
+             changes or an equilibrium is neutral{missing}"
+        ));
+    }
+    if let Some(noise) = found.noise {
+        lines.push(format!("standard deviation of a measured coordinate: {}", with_unit(1e3 * noise, "mm")));
+    }
+    if found.widened > 1.0 {
+        let rho = found.neighbour_correlation.unwrap_or(0.0);
+        lines.push(format!(
+            "residuals of neighbouring points are correlated ({rho:.2}): the scenario misses something; deviations \
+             are {:.1} times as large for it",
+            found.widened
+        ));
+    }
+    if !found.repeatable {
+        lines.push(
+            "carried out anew, the fitted scenario comes to other equilibria: its steps do not decide between several"
+                .to_owned(),
+        );
+    }
+    let weighted = found.configurations.iter().flat_map(|own| &own.points).filter(|point| point.weight < 1.0).count();
+    if weighted > 0 {
+        lines.push(format!("{weighted} points are far off, and count less than the others"));
+    }
+    for own in found.parameters.iter().filter(|own| !own.identifiable) {
+        lines.push(format!("{}: {} (the fit ended at {})", printable(&own.key), remark(own), at_end(own)));
+    }
+    lines
+}
+
+fn at_end(own: &Estimate) -> String {
+    with_unit(own.ended_at, &own.unit)
+}
+
+fn remark(own: &Estimate) -> String {
+    match &own.reason {
+        Some(reason) => format!("not identifiable: {reason}"),
+        None if own.prior.from == "weak" => String::new(),
+        None => format!("prior ({}): {} ± {}", own.prior.from, number(own.prior.value), number(own.prior.deviation)),
+    }
+}

@@ -1,0 +1,245 @@
+//! Reads tables of measured points.
+
+use csv::{ReaderBuilder, StringRecord, Trim};
+use wireloom_core::Vector;
+use wireloom_scenario::Fault;
+use wireloom_scenario::fault::did_you_mean;
+
+/// The columns of a table.
+pub const COLUMNS: [&str; 5] = ["configuration", "marker", "x", "y", "z"];
+/// Distance of a point from the origin, in lengths of the whole harness and its distance from there, that no cable
+/// reaches.
+const OUT_OF_REACH: f64 = 3.0;
+
+/// A measured point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredPoint {
+    /// Name of the configuration.
+    pub configuration: String,
+    /// Index of the step.
+    pub step: usize,
+    /// Name of the marker or joint.
+    pub marker: String,
+    /// Coordinates, m; `None`: not measured.
+    pub position: [Option<f64>; 3],
+    /// Bytes of its line.
+    pub line: std::ops::Range<usize>,
+}
+
+/// What a table may name.
+#[derive(Clone, Copy, Debug)]
+pub struct Names<'a> {
+    /// Names of the steps.
+    pub steps: &'a [String],
+    /// Names of markers and joints.
+    pub markers: &'a [String],
+    /// Length of all branches together and distance of their ends from the origin, m.
+    pub reach: f64,
+}
+
+/// Reads a table with the columns `configuration, marker, x, y, z`, in any order: coordinates in m. An empty cell is a
+/// coordinate that was not measured; lines that begin with `#` are comments.
+///
+/// # Errors
+/// All faults, with their places in the text.
+pub fn read(text: &str, names: Names<'_>) -> Result<Vec<MeasuredPoint>, Vec<Fault>> {
+    let start = text.len() - text.trim_start_matches('\u{feff}').len();
+    let mut reader =
+        ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).flexible(true).from_reader(&text.as_bytes()[start..]);
+    let line_at = |at: usize| {
+        let at = (start + at).min(text.len());
+        // The reader's places are before the empty lines and comments that it skips.
+        let skipped = |line: &&str| line.trim().is_empty() || line.starts_with('#');
+        let skip: usize = text[at..].split_inclusive('\n').take_while(skipped).map(str::len).sum();
+        let begin = at + skip;
+        let length = text[begin..].find('\n').unwrap_or(text.len() - begin);
+        begin..begin + text[begin..begin + length].trim_end().len()
+    };
+    let headers = match reader.headers() {
+        Ok(headers) => headers.clone(),
+        Err(error) => return Err(vec![fault(line_at(0), error.to_string(), HELP.to_owned())]),
+    };
+    let columns = columns(&headers, line_at(0))?;
+    let (mut points, mut faults) = (Vec::new(), Vec::new());
+    for record in reader.records() {
+        match record {
+            Ok(record) => {
+                let line = line_at(record.position().map_or(0, |place| place.byte() as usize));
+                match point(&record, &headers, columns, &line, names) {
+                    Ok(point) => points.push(point),
+                    Err(more) => faults.extend(more),
+                }
+            }
+            Err(error) => {
+                let at = error.position().map_or(0, |place| place.byte() as usize);
+                faults.push(fault(line_at(at), error.to_string(), HELP.to_owned()));
+            }
+        }
+    }
+    if points.is_empty() && faults.is_empty() {
+        faults.push(fault(line_at(0), "the table has no points".to_owned(), HELP.to_owned()));
+    }
+    if faults.is_empty() { Ok(points) } else { Err(faults) }
+}
+
+/// Help where the form of the table is wrong.
+const HELP: &str = "write the line `configuration,marker,x,y,z`, then one line for each measured point, in m";
+
+fn fault(span: std::ops::Range<usize>, message: String, help: String) -> Fault {
+    Fault { span, message, help }
+}
+
+/// Index of each of [`COLUMNS`].
+fn columns(headers: &StringRecord, line: std::ops::Range<usize>) -> Result<[usize; 5], Vec<Fault>> {
+    let mut faults = Vec::new();
+    for header in headers.iter().filter(|header| !COLUMNS.contains(header)) {
+        let help = match header.chars().next() {
+            Some(axis @ ('x' | 'y' | 'z')) => format!("give coordinates in m, under the name `{axis}`"),
+            _ => format!("the columns are {}, separated by commas", COLUMNS.join(", ")),
+        };
+        faults.push(fault(line.clone(), format!("there is no column `{header}` in a table of measured points"), help));
+    }
+    let place = COLUMNS.map(|name| {
+        let found: Vec<usize> = (0..headers.len()).filter(|k| &headers[*k] == name).collect();
+        match found.len() {
+            0 => faults.push(fault(line.clone(), format!("the column `{name}` is missing"), HELP.to_owned())),
+            1 => {}
+            n => faults.push(fault(line.clone(), format!("the column `{name}` is there {n} times"), HELP.to_owned())),
+        }
+        found.first().copied().unwrap_or(0)
+    });
+    if faults.is_empty() { Ok(place) } else { Err(faults) }
+}
+
+fn point(
+    record: &StringRecord,
+    headers: &StringRecord,
+    columns: [usize; 5],
+    line: &std::ops::Range<usize>,
+    names: Names<'_>,
+) -> Result<MeasuredPoint, Vec<Fault>> {
+    let mut faults = Vec::new();
+    let mut refuse = |message: String, help: String| faults.push(fault(line.clone(), message, help));
+    if record.len() != headers.len() {
+        let message = format!("this line has {} cells, the header has {}", record.len(), headers.len());
+        refuse(message, "write one cell for each column; leave it empty where nothing was measured".to_owned());
+        return Err(faults);
+    }
+    let [configuration, marker, x, y, z] = columns.map(|k| record.get(k).unwrap_or_default());
+    let step = match names.steps.iter().position(|step| step == configuration) {
+        Some(step) => step,
+        None if names.steps.len() == 1 => 0,
+        None => {
+            let known = did_you_mean(configuration, names.steps.iter().map(String::as_str));
+            refuse(format!("the scenario has no step `{configuration}`: {known}"), "name a step".to_owned());
+            0
+        }
+    };
+    if !names.markers.iter().any(|own| own == marker) {
+        let help = "add [[markers]] with this name to the scenario, or name one that is there";
+        let message = if names.markers.is_empty() {
+            format!("the scenario has no markers, so no marker `{marker}`")
+        } else {
+            let known = did_you_mean(marker, names.markers.iter().map(String::as_str));
+            format!("the scenario has no marker `{marker}`: {known}")
+        };
+        refuse(message, help.to_owned());
+    }
+    let mut coordinate = |cell: &str, axis: &str| -> Option<f64> {
+        if cell.is_empty() {
+            return None;
+        }
+        match cell.parse::<f64>() {
+            Ok(value) if value.is_finite() && value.abs() > OUT_OF_REACH * names.reach => {
+                let message = format!("{axis} = {cell} m is farther than the harness reaches ({:.3} m)", names.reach);
+                refuse(message, "give coordinates in m, in the axes of the scenario".to_owned());
+                None
+            }
+            Ok(value) if value.is_finite() => Some(value),
+            _ => {
+                let help = "write a number in m, without a unit; leave the cell empty where nothing was measured";
+                refuse(format!("{axis} = `{cell}` is not a finite number"), help.to_owned());
+                None
+            }
+        }
+    };
+    let position = [coordinate(x, "x"), coordinate(y, "y"), coordinate(z, "z")];
+    if faults.is_empty() && position.iter().all(Option::is_none) {
+        faults.push(fault(
+            line.clone(),
+            format!("`{marker}` has no coordinate in `{configuration}`"),
+            "leave the line out where nothing was measured".to_owned(),
+        ));
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let (configuration, marker) = (configuration.to_owned(), marker.to_owned());
+    Ok(MeasuredPoint { configuration, step, marker, position, line: line.clone() })
+}
+
+impl MeasuredPoint {
+    /// Number of coordinates that were measured.
+    pub fn coordinates(&self) -> usize {
+        self.position.iter().flatten().count()
+    }
+
+    /// Computed minus measured position in the coordinates that were measured.
+    pub fn residuals(&self, computed: &Vector) -> impl Iterator<Item = f64> {
+        let computed = [computed.x, computed.y, computed.z];
+        self.position.into_iter().zip(computed).filter_map(|(measured, computed)| Some(computed - measured?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reads(text: &str) -> Result<Vec<MeasuredPoint>, Vec<(usize, String)>> {
+        let (steps, markers) = (["hang".to_owned(), "bend".to_owned()], ["m1".to_owned(), "m2".to_owned()]);
+        let names = Names { steps: &steps, markers: &markers, reach: 1.5 };
+        read(text, names)
+            .map_err(|faults| faults.into_iter().map(|fault| (fault.position(text).0, fault.message)).collect())
+    }
+
+    #[test]
+    fn columns_come_in_any_order_and_cells_may_be_empty() {
+        let text =
+            "\u{feff}# by hand\nmarker, x, y, z, configuration\n\n m2 ,0.1, ,-2e-1,bend\n# late\nm1,0,0,1,hang\n";
+        let points = reads(text).expect("no faults");
+        assert_eq!(points.len(), 2);
+        assert_eq!((points[0].step, &*points[0].marker, points[0].position), (1, "m2", [Some(0.1), None, Some(-0.2)]));
+        assert_eq!(&text[points[1].line.clone()], "m1,0,0,1,hang");
+        let residuals: Vec<f64> = points[0].residuals(&Vector::new(0.2, 9.0, 0.0)).collect();
+        assert_eq!(residuals, [0.1, 0.2]);
+    }
+
+    #[test]
+    fn faults_have_their_lines() {
+        let says = |text: &str, line: usize, words: &str| {
+            let faults = reads(text).expect_err("a fault");
+            assert!(faults.iter().any(|(at, said)| *at == line && said.contains(words)), "{faults:?}");
+        };
+        says("configuration,marker,x_mm,y,z\nhang,m1,1,2,3\n", 1, "no column `x_mm`");
+        says("configuration,marker,x,y\nhang,m1,1,2\n", 1, "`z` is missing");
+        says("configuration;marker;x;y;z\n", 1, "no column `configuration;marker;x;y;z`");
+        let table = |row: &str| format!("configuration,marker,x,y,z\nhang,m1,0,0,0\n{row}\n");
+        says(&table("hnag,m1,0,0,0"), 3, "no step `hnag`: did you mean `hang`?");
+        says(&table("hang,m3,0,0,0"), 3, "no marker `m3`");
+        says(&table("hang,m1,0,0"), 3, "this line has 4 cells, the header has 5");
+        says(&table("hang,m1,0,0,nan"), 3, "z = `nan` is not a finite number");
+        says(&table("hang,m1,0,12 mm,0"), 3, "y = `12 mm` is not a finite number");
+        says(&table("hang,m1,0,0,-345"), 3, "farther than the harness reaches");
+        says(&table("hang,m1,,,"), 3, "`m1` has no coordinate");
+        says("configuration,marker,x,y,z\n", 1, "no points");
+        says("", 1, "is missing");
+    }
+
+    #[test]
+    fn any_configuration_is_the_only_step() {
+        let (steps, markers) = (["equilibrium".to_owned()], ["m1".to_owned()]);
+        let names = Names { steps: &steps, markers: &markers, reach: 1.5 };
+        let points = read("configuration,marker,x,y,z\nloop 1,m1,0,0,0\n", names).expect("no faults");
+        assert_eq!((points[0].step, &*points[0].configuration), (0, "loop 1"));
+    }
+}
