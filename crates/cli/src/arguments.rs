@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
 ///
 /// Exit codes: 0 converged; 1 the input was refused; 2 not converged or interrupted (everything computed is still
-/// written); 3 a file or folder could not be read or written, or a plugin failed; 4 (`verify` only) converged, but a
+/// written); 3 a file or folder could not be read or written, or a plugin failed; 4 (`verify`, `optimise`) converged, but a
 /// requirement that must be kept fails or is unresolved.
 #[derive(Parser)]
 #[command(name = "wireloom", version)]
@@ -67,6 +67,13 @@ pub enum Command {
     /// about to snap, it says so, and gives one value for each side. Friction and everything else that has a history
     /// stays as it is at the end of the step.
     Sensitivities(SensitivitiesArguments),
+    /// Choose numbers and words of a scenario so that an objective is smallest and all requirements are kept
+    ///
+    /// The scenario's [optimise] has the keys to vary, their ranges, and what to minimise. Every run is a line, and a
+    /// row of designs.csv; the best design becomes optimum.toml, with the comments of its author, and is run afresh:
+    /// optimum.json has the sheet of that run. After Ctrl-C the best design so far is kept. Exit code 0: it is a local
+    /// optimum, and the fresh run passes; 4: runs converge, but no design was found that keeps all requirements.
+    Optimise(OptimiseArguments),
     /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions
     ///
     /// (The page of a run is written by `run --report`.)
@@ -394,6 +401,23 @@ pub struct SensitivitiesArguments {
     /// Write what is printed to this file instead
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+#[derive(Args)]
+pub struct OptimiseArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print optimum.json instead of the lines, for programs
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but faults
+    #[arg(long, short, conflicts_with = "json")]
+    pub quiet: bool,
     #[command(flatten)]
     pub allowed: Allowed,
 }

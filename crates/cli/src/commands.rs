@@ -7,6 +7,7 @@ mod devices;
 mod explain;
 mod import;
 mod models;
+mod optimise;
 mod plugin;
 mod report;
 mod run;
@@ -33,6 +34,7 @@ pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Fail
         Command::Sweep(arguments) => sweep::sweep(arguments, out),
         Command::SweepProcess(arguments) => sweep::process::compute(arguments, out),
         Command::Sensitivities(arguments) => sensitivities::sensitivities(arguments, out),
+        Command::Optimise(arguments) => optimise::optimise(arguments, out),
         Command::Report { results, output } => report::report(results, output.as_deref(), out),
         Command::Schema => schema::schema(out),
         Command::Plugin { task } => plugin::plugin(task, out),

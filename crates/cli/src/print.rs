@@ -3,6 +3,7 @@
 pub mod diagnostics;
 pub mod differences;
 pub mod operations;
+pub mod optimise;
 pub mod points;
 pub mod progress;
 pub mod sensitivities;

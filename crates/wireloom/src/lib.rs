@@ -52,6 +52,7 @@
 //! | read shapes, forces, events | [`result`] |
 //! | vary values over many runs | [`sweep`] |
 //! | differentiate results by numbers of the scenario | [`sensitivity`] |
+//! | choose numbers and words so that an objective is smallest | [`optimise`] |
 //! | tell whether runs ended in the same equilibrium | [`compare`] |
 //! | write JSON, CSV, VTK, glTF, pictures, reports | [`export`] |
 //! | add own rods, joints, constraints, minimisers | [`parts`], [`geometry`] |
@@ -83,6 +84,7 @@ pub mod harness;
 pub mod import;
 mod load;
 pub mod mesh;
+pub mod optimise;
 pub mod parts;
 #[cfg(feature = "plugins")]
 pub mod plugins;

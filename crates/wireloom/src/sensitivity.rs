@@ -40,7 +40,9 @@ mod outputs;
 use differences::Around;
 use outputs::{Asked, Catalogue};
 use serde::Serialize;
-use wireloom_core::equilibrium::PartFault;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::equilibrium::{PartFault, RequirementResult};
 use wireloom_core::minimiser::Stop;
 use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Monitor, Network, Registry, Status};
@@ -54,7 +56,7 @@ use wireloom_solve::steps::{Interruption, steps_of};
 #[derive(Clone)]
 pub struct Source<'a> {
     /// Its text.
-    pub text: &'a str,
+    pub text: Cow<'a, str>,
     /// The files it names.
     pub files: &'a dyn Files,
     /// The kinds.
@@ -65,8 +67,8 @@ pub struct Source<'a> {
 
 impl<'a> Source<'a> {
     /// A scenario whose work nobody stops.
-    pub fn new(text: &'a str, files: &'a dyn Files, registry: &'a Registry) -> Self {
-        Self { text, files, registry, monitor: Monitor::default() }
+    pub fn new(text: impl Into<Cow<'a, str>>, files: &'a dyn Files, registry: &'a Registry) -> Self {
+        Self { text: text.into(), files, registry, monitor: Monitor::default() }
     }
 }
 
@@ -188,6 +190,8 @@ pub struct Study<'a> {
     driver: InteractiveDriver,
     /// At the start, then at the end of each step, as far as the run came.
     ends: Vec<Ended>,
+    /// Of each of these steps, by number: the increments in which a requirement is at its worst in that step.
+    worst: Vec<BTreeMap<usize, Ended>>,
 }
 
 impl<'a> Study<'a> {
@@ -206,6 +210,7 @@ impl<'a> Study<'a> {
             driver: InteractiveDriver::new(minimiser, stop, false, monitor.clone()),
             steps: steps_of(&schedule).into_owned(),
             ends: Vec::new(),
+            worst: Vec::new(),
             source,
             scenario,
             network,
@@ -268,7 +273,7 @@ impl<'a> Study<'a> {
             return Err(NoAnswer::Question(message.to_owned()));
         }
         let parameter = |key: &String| {
-            let number = number_at(self.source.text, key, self.source.registry)
+            let number = number_at(&self.source.text, key, self.source.registry)
                 .map_err(|Fault { message, help, .. }| NoAnswer::Question(format!("{message}: {help}")))?;
             Ok(Parameter { key: key.clone(), value: number.value, unit: number.unit, scale: number.scale })
         };
@@ -294,25 +299,45 @@ impl<'a> Study<'a> {
         }
         while self.ends.len() < step + 2 {
             let step = self.ends.len() - 1;
-            let end = self.advance(step, self.steps[step].increments)?;
-            self.ends.push(end);
+            let mut worst = BTreeMap::new();
+            let mut now = self.ends[step].clone();
+            for increment in 1..=self.steps[step].increments {
+                now = self.advance(step, &now)?;
+                let moments: BTreeSet<usize> = now.requirements_of_step.iter().filter_map(worst_in).collect();
+                worst.retain(|increment, _| moments.contains(increment));
+                if moments.contains(&increment) {
+                    worst.insert(increment, now.clone());
+                }
+            }
+            self.ends.push(now);
+            self.worst.push(worst);
         }
         Ok(())
     }
 
-    /// The end of an increment of a step, computed from the beginning of that step; its number is from 1.
-    fn advance(&mut self, step: usize, increment: usize) -> Result<Ended, NoAnswer> {
-        let begin = &self.ends[step];
-        let (step, mut ended) = (&self.steps[step], None);
-        for _ in 0..increment {
-            let from: &Ended = ended.as_ref().unwrap_or(begin);
-            let end = self.driver.advance(&self.network, step, &from.checkpoint).map_err(no_answer)?;
-            if !matches!(end.end.status, Status::Converged | Status::Stalled) {
-                return Err(NoAnswer::NotConverged { step: step.name.clone(), status: end.end.status });
-            }
-            ended = Some(end);
+    /// The end of the next increment of a step.
+    fn advance(&mut self, step: usize, from: &Ended) -> Result<Ended, NoAnswer> {
+        let step = &self.steps[step];
+        let ended = self.driver.advance(&self.network, step, &from.checkpoint).map_err(no_answer)?;
+        if matches!(ended.end.status, Status::Converged | Status::Stalled) {
+            return Ok(ended);
         }
-        Ok(ended.unwrap_or_else(|| begin.clone()))
+        Err(NoAnswer::NotConverged { step: step.name.clone(), status: ended.end.status })
+    }
+
+    /// The end of an increment of a step to whose beginning the run came.
+    fn end_of(&mut self, step: usize, increment: usize) -> Result<Ended, NoAnswer> {
+        if let (Some(end), true) = (self.ends.get(step + 1), increment == self.steps[step].increments) {
+            return Ok(end.clone());
+        }
+        if let Some(kept) = self.worst.get(step).and_then(|worst| worst.get(&increment)) {
+            return Ok(kept.clone());
+        }
+        let mut now = self.ends[step].clone();
+        for _ in 0..increment {
+            now = self.advance(step, &now)?;
+        }
+        Ok(now)
     }
 
     /// Derivatives at the end of an increment of a step to whose beginning the run came: the index of the step, and the
@@ -332,10 +357,7 @@ impl<'a> Study<'a> {
         self.check(of)?;
         let increments = self.steps[step].increments;
         assert!((1..=increments).contains(&increment), "there is no increment {increment}");
-        let ended = match self.ends.get(step + 1) {
-            Some(end) if increment == increments => end.clone(),
-            _ => self.advance(step, increment)?,
-        };
+        let ended = self.end_of(step, increment)?;
         let name = self.steps[step].name.clone();
         if ended.end.status != Status::Converged {
             return Err(NoAnswer::NotConverged { step: name, status: ended.end.status });
@@ -376,6 +398,11 @@ impl<'a> Study<'a> {
             increment,
         })
     }
+}
+
+/// Number of the increment of the worst value of a requirement.
+fn worst_in(line: &RequirementResult) -> Option<usize> {
+    line.moment.as_ref().map(|moment| moment.increment)
 }
 
 /// Why a driver was interrupted.

@@ -1,0 +1,204 @@
+//! One design: its text, its run, and how far its requirements are kept in each step.
+
+use super::NoOptimum;
+use crate::sensitivity::{NoAnswer, Source, Study};
+use nalgebra::DVector;
+use wireloom_core::Network;
+use wireloom_core::equilibrium::RequirementResult;
+use wireloom_core::requirement::{self, Bound, Measure, Origin, Severity, Verdict};
+use wireloom_scenario::optimise::{Minimised, Optimise};
+use wireloom_solve::report::MARGIN_WITHOUT_ERROR;
+
+/// Margin beyond what is asked for, relative to the limit: room for the accuracy of the method.
+pub(super) const INSIDE: f64 = 2e-4;
+
+/// Worst value of a requirement in a step.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    /// Index of the requirement.
+    pub requirement: usize,
+    /// Its name.
+    pub name: String,
+    /// Index of the step.
+    pub step: usize,
+    /// Increment of the worst value, from 1.
+    pub increment: usize,
+    /// The worst value, in the unit of its measure.
+    pub worst: f64,
+    /// Whether it must be kept.
+    pub must: bool,
+    /// Whether it holds for every harness.
+    pub always: bool,
+    /// Side of its limit.
+    pub bound: Bound,
+    /// How far it is kept, as a constraint: zero where it is kept with the margin asked for.
+    pub kept: f64,
+    /// Derivative of `kept` by the worst value.
+    pub kept_slope: f64,
+    /// Distance from the limit less the error, relative to the limit.
+    pub margin: f64,
+    /// Derivative of `margin` by the worst value.
+    pub margin_slope: f64,
+    /// Gradient of the worst value by the scaled variables, once it is known.
+    pub gradient: Option<DVector<f64>>,
+}
+
+impl Line {
+    fn new(requirement: usize, line: &RequirementResult, margin: f64) -> Option<Self> {
+        let (worst, moment) = (line.worst.filter(|worst| worst.is_finite())?, line.moment.as_ref()?);
+        let limit = line.limit;
+        let scale = if limit == 0.0 { 1.0 } else { limit.abs() };
+        let sign = if line.bound == Bound::Min { 1.0 } else { -1.0 };
+        let error = line.error.unwrap_or(if limit == 0.0 { 0.0 } else { MARGIN_WITHOUT_ERROR * scale });
+        let own = (line.bound.gap(worst, limit) - error) / scale;
+        // A radius is the inverse of what bends, in which requirements are nearly linear.
+        let least = worst - error;
+        let bends = line.measure == Measure::BendRadius && line.bound == Bound::Min && limit > 0.0 && least > 0.0;
+        let (kept, kept_slope) =
+            if bends { (1.0 - limit / least, limit / (least * least)) } else { (own, sign / scale) };
+        Some(Self {
+            requirement,
+            name: line.name.clone(),
+            step: moment.step_index,
+            increment: moment.increment,
+            worst,
+            must: line.severity == Severity::Must,
+            always: line.origin == Origin::Always,
+            bound: line.bound,
+            kept: kept - margin - INSIDE,
+            kept_slope,
+            margin: own,
+            margin_slope: sign / scale,
+            gradient: None,
+        })
+    }
+
+    /// What is minimised where the requirement is: smaller is better.
+    pub fn badness(&self) -> f64 {
+        self.badness_slope() * self.worst
+    }
+
+    /// Derivative of [`Self::badness`] by the worst value.
+    pub fn badness_slope(&self) -> f64 {
+        if self.bound == Bound::Min { -1.0 } else { 1.0 }
+    }
+
+    /// Whether it is the same requirement in the same step.
+    pub fn is_of(&self, other: &Line) -> bool {
+        self.requirement == other.requirement && self.step == other.step
+    }
+}
+
+/// A design that was run to its end.
+pub(super) struct Evaluation<'a> {
+    /// Its text.
+    pub text: String,
+    /// Values of its variables as they are written, SI.
+    pub values: Vec<f64>,
+    /// The same as fractions of their ranges.
+    pub at: DVector<f64>,
+    /// Length and mass in the objective, with their weights.
+    pub smooth: f64,
+    /// Gradient of `smooth`, once it is known.
+    pub smooth_gradient: Option<DVector<f64>>,
+    /// Worst values of all requirements in all steps.
+    pub lines: Vec<Line>,
+    /// The objective.
+    pub objective: f64,
+    /// Verdict of the run.
+    pub verdict: Verdict,
+    /// The run.
+    pub study: Study<'a>,
+}
+
+impl<'a> Evaluation<'a> {
+    /// Runs a design; the inner error says why its run failed.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn run(
+        source: Source<'a>,
+        optimise: &Optimise,
+        values: Vec<f64>,
+        at: DVector<f64>,
+    ) -> Result<Result<Self, Failed>, NoOptimum> {
+        let text = source.text.clone().into_owned();
+        let ran = Study::new(source).and_then(|mut study| {
+            let last = study.steps().len() - 1;
+            study.run_to(last)?;
+            Ok(study)
+        });
+        let study = match ran {
+            Ok(study) => study,
+            Err(NoAnswer::Stopped) => return Err(NoOptimum::Stopped),
+            Err(NoAnswer::Faults(faults)) => {
+                let words = faults.first().map_or_else(String::new, |fault| fault.message.clone());
+                return Ok(Err(Failed { words: format!("refused: {words}"), faults }));
+            }
+            Err(other) => return Ok(Err(Failed { words: other.to_string(), faults: Vec::new() })),
+        };
+        let steps = study.ends().iter().skip(1);
+        let lines: Vec<Line> = steps
+            .flat_map(|end| end.requirements_of_step.iter().enumerate())
+            .filter_map(|(k, line)| Line::new(k, line, optimise.margin))
+            .collect();
+        let verdict = study.ends().last().map_or(Verdict::Unresolved, |end| requirement::verdict(&end.requirements));
+        let smooth = smooth(optimise, study.network());
+        let mut objective = smooth;
+        for term in &optimise.terms {
+            let Some(worst) = worst_of(&lines, &term.of) else {
+                if matches!(term.of, Minimised::Length | Minimised::Mass) {
+                    continue;
+                }
+                let words = format!("`{}` has no value in this run", term.of);
+                return Ok(Err(Failed { words, faults: Vec::new() }));
+            };
+            objective += term.weight * worst;
+        }
+        let (smooth_gradient, study) = (None, study);
+        Ok(Ok(Self { text, values, at, smooth, smooth_gradient, lines, objective, verdict, study }))
+    }
+
+    /// The constraint that is kept least.
+    pub fn tightest(&self) -> Option<&Line> {
+        let musts = self.lines.iter().filter(|line| line.must);
+        musts.min_by(|a, b| a.kept.total_cmp(&b.kept))
+    }
+
+    /// Sum of what requirements lack.
+    pub fn violation(&self) -> f64 {
+        self.lines.iter().filter(|line| line.must).map(|line| (-line.kept).max(0.0)).sum()
+    }
+}
+
+/// Why a run failed.
+pub(super) struct Failed {
+    pub words: String,
+    pub faults: Vec<wireloom_scenario::Fault>,
+}
+
+/// Lines of which the largest value counts in a term, each with value and slope; empty for lengths and masses.
+pub(super) fn counted<'l>(lines: &'l [Line], of: &'l Minimised) -> impl Iterator<Item = (&'l Line, f64, f64)> {
+    lines.iter().filter_map(move |line| match of {
+        Minimised::Requirement(name) if *name == line.name => Some((line, line.badness(), line.badness_slope())),
+        Minimised::WorstMargin if line.must && !line.always => Some((line, -line.margin, -line.margin_slope)),
+        _ => None,
+    })
+}
+
+fn worst_of(lines: &[Line], of: &Minimised) -> Option<f64> {
+    counted(lines, of).map(|(_, value, _)| value).reduce(f64::max)
+}
+
+/// Lengths and masses in the objective, with their weights.
+pub(super) fn smooth(optimise: &Optimise, network: &Network) -> f64 {
+    let term = |of: &Minimised| -> f64 {
+        let branches = network.branches.iter();
+        match of {
+            Minimised::Length => branches.map(|branch| branch.rod.mesh().length()).sum(),
+            Minimised::Mass => branches.map(|branch| branch.section.linear_density * branch.rod.mesh().length()).sum(),
+            Minimised::WorstMargin | Minimised::Requirement(_) => 0.0,
+        }
+    };
+    optimise.terms.iter().map(|own| own.weight * term(&own.of)).sum()
+}
