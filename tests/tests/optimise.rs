@@ -40,8 +40,8 @@ fn numbers(found: &Optimisation) -> Vec<f64> {
     optimum.values.iter().map(|value| value.parse().expect("a number")).collect()
 }
 
-/// What every optimum owes: a fresh run of its text that passes, and an objective that no other design in the table that
-/// passes has beaten.
+/// What every optimum owes: a fresh run of its text that passes, and an objective that no other design in the table with
+/// the margin asked for has beaten.
 #[track_caller]
 fn holds(found: &Optimisation) {
     assert_eq!(found.ending, Ending::Converged);
@@ -50,9 +50,10 @@ fn holds(found: &Optimisation) {
     assert_eq!((certificate.status(), certificate.verdict()), (Status::Converged, Verdict::Pass));
     let again = ran(&optimum.text, &[]);
     assert_eq!((again.status(), again.verdict()), (Status::Converged, Verdict::Pass));
-    let passed = found.designs.iter().filter(|design| design.verdict.as_deref() == Some("pass"));
-    let best = passed.filter_map(|design| design.objective).fold(f64::INFINITY, f64::min);
-    assert_eq!(best, optimum.objective);
+    let kept = found.designs.iter().filter(|design| design.verdict.as_deref() == Some("pass"));
+    let kept = kept.filter(|design| design.margin.is_some_and(|margin| margin >= 1e-3));
+    let best = kept.filter_map(|design| design.objective).fold(f64::INFINITY, f64::min);
+    assert!(best >= optimum.objective * (1.0 - 1e-4), "{best}");
     assert_eq!(found.counts.runs, found.designs.len());
 }
 
@@ -98,7 +99,7 @@ fn the_shortest_cable_is_the_elastic_line_at_its_bend_limit() {
     assert!((optimum - length).abs() <= EXACT * length, "{optimum}, {length}");
     // Two quarters of a circle and a straight are the shortest of all curves with this bend radius (Dubins).
     assert!(optimum > std::f64::consts::PI * r + d - 2.0 * r);
-    let scanned = least(&text, "branches.cable.length", 0.165, 0.2);
+    let scanned = least(&text, "branches.cable.length", 0.165, 0.19);
     assert!((optimum - scanned).abs() <= EXACT * length, "{optimum}, {scanned}");
     assert!(optimum >= scanned - 1e-5 * length, "no shorter cable keeps its limit");
     // The author's comments stay, and so does the unit.
@@ -118,8 +119,8 @@ fn the_place_of_a_clip_is_that_of_a_scan() {
         let line = run.requirements.iter().find(|line| line.name == "pull on the clip").expect("its line");
         if run.status() == Status::Converged { line.worst.expect("a force") } else { f64::INFINITY }
     };
-    // Grids of 9 × 9 places, each a quarter of the last one in size, around its best place.
-    let (mut best, mut centre, mut size) = (f64::INFINITY, [0.4, -0.05], [0.1, 0.1]);
+    // Grids of 9 × 9 places, each 0.3 of the last one in size, around its best place.
+    let (mut best, mut centre, mut size) = (f64::INFINITY, [0.4, 0.0], [0.1, 0.15]);
     let mut runs = 0;
     for _ in 0..4 {
         let middle = centre;
@@ -179,13 +180,17 @@ fn without_gradients(text: &str, keys: &[&str], start: &[f64], ranges: &[[f64; 2
     };
     let from: Vec<f64> = start.iter().zip(ranges).map(|(x, [from, to])| (x - from) / (to - from)).collect();
     let count = kept(&from).len();
-    let objective = |u: &[f64], _: &mut ()| at(u).iter().sum::<f64>() + 0.0 * kept(u)[0];
-    let constraints: Vec<_> = (0..count).map(|k| move |u: &[f64], kept: &dyn Fn(&[f64]) -> Vec<f64>| kept(u)[k]).collect();
-    let constraints: Vec<_> = constraints.iter().map(|own| |u: &[f64], _: &mut ()| own(u, &kept)).collect();
-    let constraints: Vec<&dyn cobyla::Func<()>> = constraints.iter().map(|own| own as &dyn cobyla::Func<()>).collect();
+    // The objective is asked for first: it makes the run.
+    let objective = |u: &[f64], _: &mut ()| {
+        kept(u);
+        at(u).iter().sum::<f64>()
+    };
+    let kept = &kept;
+    let constraints: Vec<_> = (0..count).map(|k| move |u: &[f64], _: &mut ()| kept(u)[k]).collect();
     let tolerances = cobyla::StopTols { xtol_rel: accuracy, ..cobyla::StopTols::default() };
     let bounds = vec![(0.0, 1.0); keys.len()];
-    let ended = cobyla::minimize(objective, &from, &bounds, &constraints, (), 2000, cobyla::RhoBeg::All(0.2), Some(tolerances));
+    let begin = cobyla::RhoBeg::All(0.2);
+    let ended = cobyla::minimize(objective, &from, &bounds, &constraints, (), 2000, begin, Some(tolerances));
     println!("cobyla: {:?}", ended.map(|(status, ..)| status).map_err(|(status, ..)| status));
     (best.into_inner(), runs.into_inner())
 }
@@ -242,7 +247,7 @@ fn the_best_of_all_choices_is_found() {
     let optimum = found.optimum.expect("an optimum");
     assert_eq!(optimum.values[1], "thin", "its bends may be tighter");
     assert!(optimum.text.contains("section = \"thin\""));
-    assert_eq!(found.designs.iter().filter(|design| design.kind == Kind::Start).count(), 2);
+    assert_eq!(found.designs.iter().filter(|design| design.kind == Kind::Start).count(), 8, "4 of each");
 }
 
 #[test]

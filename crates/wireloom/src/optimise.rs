@@ -39,7 +39,7 @@ mod subproblem;
 mod text;
 
 use crate::sensitivity::Source;
-use evaluation::{Evaluation, Failed, INSIDE, Line, counted};
+use evaluation::{Evaluation, INSIDE, Line, counted};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -421,7 +421,7 @@ impl<'a> Search<'a> {
         };
         let design = match evaluated {
             Ok(design) => design,
-            Err(Failed { words, .. }) => {
+            Err(words) => {
                 self.counts.failed += 1;
                 row.failure = Some(words);
                 self.designs.push(row);
@@ -434,7 +434,7 @@ impl<'a> Search<'a> {
         row.margin = tightest.map(|line| line.margin);
         row.objective = Some(design.objective);
         row.verdict = Some(design.verdict.word().to_owned());
-        if design.verdict == Verdict::Pass {
+        if design.is_kept() {
             self.candidates.push(Candidate {
                 run: row.run,
                 text: design.text.clone(),
@@ -476,7 +476,7 @@ impl<'a> Search<'a> {
         }
         let scale = 1.0 / here.objective.abs().max(f64::MIN_POSITIVE.sqrt());
         let scale = if scale.is_finite() && scale < 1e6 { scale } else { 1.0 };
-        let (mut radius, mut penalty, mut by_runs) = (FIRST_RADIUS, PENALTY, false);
+        let (mut radius, mut penalty, mut by_runs, mut rejected) = (FIRST_RADIUS, PENALTY, false, false);
         let mut hessian = DMatrix::zeros(n, n);
         self.keeps_history = false;
         self.differentiate(&mut here, by_runs)?;
@@ -508,10 +508,14 @@ impl<'a> Search<'a> {
             match ratio {
                 None => radius = SHRINK_FAILED * length,
                 Some(ratio) if ratio < RATIOS[1] => radius = SHRINK * length,
-                Some(ratio) if ratio > RATIOS[2] && length > 0.9 * radius => radius = (GROW * radius).min(1.0),
+                // Not back to where a step has just failed.
+                Some(ratio) if ratio > RATIOS[2] && length > 0.9 * radius && !rejected => {
+                    radius = (GROW * radius).min(1.0);
+                }
                 Some(_) => {}
             }
-            if let (Some(mut next), Some(true)) = (trial, ratio.map(|ratio| ratio > RATIOS[0])) {
+            rejected = ratio.is_none_or(|ratio| ratio <= RATIOS[0]);
+            if let (Some(mut next), false) = (trial, rejected) {
                 self.differentiate(&mut next, by_runs)?;
                 self.update(&mut hessian, &here, &next, &proposal, scale);
                 here = next;
@@ -529,7 +533,7 @@ impl<'a> Search<'a> {
 
     /// How a search ends at a design.
     fn end_at(&mut self, design: &Evaluation<'_>, optimum: bool) -> Local {
-        if design.verdict != Verdict::Pass {
+        if !design.is_kept() {
             return Local::Infeasible;
         }
         let own = self.candidates.iter_mut().find(|candidate| candidate.text == design.text);

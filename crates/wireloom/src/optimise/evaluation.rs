@@ -121,7 +121,7 @@ impl<'a> Evaluation<'a> {
         optimise: &Optimise,
         values: Vec<f64>,
         at: DVector<f64>,
-    ) -> Result<Result<Self, Failed>, NoOptimum> {
+    ) -> Result<Result<Self, String>, NoOptimum> {
         let text = source.text.clone().into_owned();
         let ran = Study::new(source).and_then(|mut study| {
             let last = study.steps().len() - 1;
@@ -133,9 +133,9 @@ impl<'a> Evaluation<'a> {
             Err(NoAnswer::Stopped) => return Err(NoOptimum::Stopped),
             Err(NoAnswer::Faults(faults)) => {
                 let words = faults.first().map_or_else(String::new, |fault| fault.message.clone());
-                return Ok(Err(Failed { words: format!("refused: {words}"), faults }));
+                return Ok(Err(format!("refused: {words}")));
             }
-            Err(other) => return Ok(Err(Failed { words: other.to_string(), faults: Vec::new() })),
+            Err(other) => return Ok(Err(other.to_string())),
         };
         let steps = study.ends().iter().skip(1);
         let lines: Vec<Line> = steps
@@ -151,12 +151,11 @@ impl<'a> Evaluation<'a> {
                     continue;
                 }
                 let words = format!("`{}` has no value in this run", term.of);
-                return Ok(Err(Failed { words, faults: Vec::new() }));
+                return Ok(Err(words));
             };
             objective += term.weight * worst;
         }
-        let (smooth_gradient, study) = (None, study);
-        Ok(Ok(Self { text, values, at, smooth, smooth_gradient, lines, objective, verdict, study }))
+        Ok(Ok(Self { text, values, at, smooth, smooth_gradient: None, lines, objective, verdict, study }))
     }
 
     /// The constraint that is kept least.
@@ -165,16 +164,15 @@ impl<'a> Evaluation<'a> {
         musts.min_by(|a, b| a.kept.total_cmp(&b.kept))
     }
 
+    /// Whether all requirements are kept, with the margin asked for.
+    pub fn is_kept(&self) -> bool {
+        self.verdict == Verdict::Pass && self.tightest().is_none_or(|line| line.kept >= -INSIDE)
+    }
+
     /// Sum of what requirements lack.
     pub fn violation(&self) -> f64 {
         self.lines.iter().filter(|line| line.must).map(|line| (-line.kept).max(0.0)).sum()
     }
-}
-
-/// Why a run failed.
-pub(super) struct Failed {
-    pub words: String,
-    pub faults: Vec<wireloom_scenario::Fault>,
 }
 
 /// Lines of which the largest value counts in a term, each with value and slope; empty for lengths and masses.
