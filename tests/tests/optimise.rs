@@ -76,13 +76,13 @@ fn quarter(f: impl Fn(f64) -> f64) -> f64 {
     (0..=N).map(|k| weight(k) * f(k as f64 * h)).sum::<f64>() * h / 3.0
 }
 
-/// An elastic line that turns back has the curvature `κ² = 1/R² − 2 p (1 − sin θ)` at the angle θ from its plug, with the
-/// force p EI in the middle, where the bend is tightest (Love, section 262). p follows from the distance of the plugs,
-/// `D = 2 ∫ sin θ / κ dθ`, and the length is `2 ∫ dθ / κ`.
+/// An elastic line that turns back, and is pulled, has the curvature `κ² = 1/R² − 2 p sin θ` at the angle θ from its plug,
+/// where the bend is tightest, with the force p EI in its middle (Love, section 262). p follows from the distance of the
+/// plugs, `D = 2 ∫ sin θ / κ dθ`, and the length is `2 ∫ dθ / κ`.
 #[test]
 fn the_shortest_cable_is_the_elastic_line_at_its_bend_limit() {
     let (r, d) = (0.05, 0.115);
-    let curvature = |p: f64, angle: f64| (1.0 / (r * r) - 2.0 * p * (1.0 - angle.sin())).sqrt();
+    let curvature = |p: f64, angle: f64| (1.0 / (r * r) - 2.0 * p * angle.sin()).sqrt();
     let (mut low, mut high) = (0.0, 0.4999 / (r * r));
     for _ in 0..60 {
         let p = 0.5 * (low + high);
@@ -119,25 +119,19 @@ fn the_place_of_a_clip_is_that_of_a_scan() {
         let line = run.requirements.iter().find(|line| line.name == "pull on the clip").expect("its line");
         if run.status() == Status::Converged { line.worst.expect("a force") } else { f64::INFINITY }
     };
-    // Grids of 9 × 9 places, each 0.3 of the last one in size, around its best place.
-    let (mut best, mut centre, mut size) = (f64::INFINITY, [0.4, 0.0], [0.1, 0.15]);
-    let mut runs = 0;
-    for _ in 0..4 {
-        let middle = centre;
-        for (i, k) in (0..81).map(|n| (n / 9, n % 9)) {
-            let place = |axis: usize, k: i32| middle[axis] + size[axis] * (f64::from(k) / 4.0 - 1.0);
-            let at = [place(0, i), place(1, k)];
-            let found = force(at);
-            runs += 1;
-            if found < best {
-                (best, centre) = (found, at);
-            }
-        }
-        size = size.map(|size| 0.3 * size);
-    }
     let optimum = found.optimum.as_ref().expect("an optimum").objective;
-    println!("optimum {optimum} at {:?}; scan of {runs} runs {best} at {centre:?}", numbers(&found));
-    assert!((optimum - best).abs() <= EXACT * best, "{optimum}, {best}");
+    let at = numbers(&found);
+    // No place of the whole panel is better, by a grid of 21 × 31 places; nor one nearby, in any of 16 directions.
+    let grid = (0..21 * 31).map(|n| [0.3 + 0.01 * f64::from(n % 21), -0.15 + 0.01 * f64::from(n / 21)]);
+    let around = (0..64).map(|n| {
+        let (angle, distance) = (f64::from(n % 16) * std::f64::consts::TAU / 16.0, 2e-4 * 4.0_f64.powi(n / 16));
+        [at[0] + distance * angle.cos(), at[1] + distance * angle.sin()]
+    });
+    let best = grid.chain(around).map(force).fold(f64::INFINITY, f64::min);
+    println!("optimum {optimum} at {at:?}; scan {best}");
+    assert!(optimum <= best * (1.0 + EXACT), "{optimum}, {best}");
+    // The value is that of a run.
+    assert!((force([at[0], at[1]]) - optimum).abs() <= 1e-9 * optimum);
 }
 
 /// Relative margins of all requirements in a run, less their errors.
@@ -221,7 +215,7 @@ fn the_branch_off_is_that_of_a_method_without_gradients_in_far_fewer_runs() {
     let (best, runs) = without_gradients(&text, &keys, &[0.35, 0.4, 0.4], &ranges, 1e-4);
     println!("optimum {optimum} in {} runs; without gradients {best} in {runs}", found.counts.runs);
     assert!(optimum <= best * (1.0 + EXACT), "{optimum}, {best}");
-    assert!(10 * found.counts.runs <= runs, "{} and {runs} runs", found.counts.runs);
+    assert!(4 * found.counts.runs <= runs, "{} and {runs} runs", found.counts.runs);
 }
 
 #[test]

@@ -19,15 +19,15 @@
 //! # Method
 //!
 //! Variables are scaled to their ranges. A design is the text of the scenario with values written into it, and its run.
-//! Every requirement is a constraint in every step by itself, so that the model has no kink where another step becomes
-//! the worst: its margin less the estimated discretisation error, the margin that `[optimise]` asks for, and 2e-4. Of a
+//! Every requirement is a constraint by itself in every step, for every part and for both halves of a cable, so that
+//! the model has no kink where another place becomes the worst: its margin less the estimated discretisation error, the margin that `[optimise]` asks for, and 2e-4. Of a
 //! bend radius the margin is that of the curvature. Worst values in the objective are linearised step by step, too.
 //!
 //! From a start the method is sequential quadratic programming with an exact penalty in a trust region (Fletcher 1987,
 //! sections 12.4 and 14.4; Nocedal and Wright 2006, section 18.5): linear models of the worst values and of the
 //! constraints, and a damped BFGS approximation of the Hessian of the Lagrangian. Derivatives are those of the
-//! equilibrium in which a requirement is at its worst in its step ([`crate::sensitivity`]): no runs. Where there are
-//! none, they are differences of further runs, which are counted. The program of each step is solved by Clarabel
+//! equilibrium in which a requirement is at its worst in its step ([`crate::sensitivity`]): no runs. A step that leaves
+//! the requirements is corrected by a second one, with the gradients there. Where there are no derivatives, they are differences of further runs, which are counted. The program of each step is solved by Clarabel
 //! (interior point). A design whose run fails is a step that was too long.
 //!
 //! Every combination of choices is searched by itself, from each start. The best design is run once more, from its text
@@ -35,6 +35,7 @@
 
 mod evaluation;
 mod gradient;
+mod parts;
 mod subproblem;
 mod text;
 
@@ -55,6 +56,10 @@ use wireloom_solve::Control;
 const FIRST_RADIUS: f64 = 0.2;
 /// Size below which the model has nothing more to say.
 const LEAST_RADIUS: f64 = 1e-5;
+/// Size of the trust region for which a design at its end promises nothing more.
+const PROMISE: f64 = 0.05;
+/// Sum of violations, relative to their limits, up to which a second step leads back to the requirements.
+const CORRECTED: f64 = 0.5;
 /// Size at which a search begins again with gradients from runs.
 const AGAIN_RADIUS: f64 = 0.02;
 /// Least ratio of the actual and the predicted decrease of a step that is taken; below the second one the trust region
@@ -76,6 +81,8 @@ const RAISE: f64 = 10.0;
 const RESOLUTION: f64 = 1e-7;
 /// Largest number of designs of which a certificate is tried.
 const CANDIDATES: usize = 5;
+/// Distance of the best design from the best local optimum that is round-off of both, in units of the accuracy.
+const SAME_OPTIMUM: f64 = 3.0;
 /// Of damped BFGS (Powell).
 const DAMPING: f64 = 0.2;
 
@@ -231,8 +238,6 @@ struct Candidate {
     text: String,
     values: Vec<String>,
     objective: f64,
-    /// Whether it ended a search as an optimum.
-    is_optimum: bool,
 }
 
 /// An optimisation at work.
@@ -249,6 +254,8 @@ pub struct Search<'a> {
     /// The designs that were not shown yet begin here.
     shown: usize,
     candidates: Vec<Candidate>,
+    /// Objectives of the local optima.
+    optima: Vec<f64>,
     counts: Counts,
     keeps_history: bool,
 }
@@ -281,6 +288,7 @@ impl<'a> Search<'a> {
             designs: Vec::new(),
             shown: 0,
             candidates: Vec::new(),
+            optima: Vec::new(),
             counts: Counts::default(),
             keeps_history: false,
         })
@@ -297,10 +305,8 @@ impl<'a> Search<'a> {
         let (optimum, mut ending) = match searched {
             Ok(local) => {
                 let certified = self.certify(observer);
-                let stopped = self.monitor.is_stopped();
                 let ending = match (&certified, local) {
-                    _ if stopped => Ending::Stopped,
-                    (Some((_, true)), Local::Optimum) => Ending::Converged,
+                    (Some((_, 0)), Local::Optimum) => Ending::Converged,
                     (Some(_), Local::OutOfRuns) => Ending::OutOfRuns,
                     (Some(_), _) => Ending::Stuck,
                     (None, Local::NoStart) => Ending::NoStart,
@@ -339,26 +345,29 @@ impl<'a> Search<'a> {
         let mut all = Vec::new();
         for start in 0..starts {
             for choices in &combinations {
+                if self.counts.runs >= self.optimise.runs {
+                    return Ok(Local::OutOfRuns);
+                }
                 self.search += 1;
                 let Ok(text) = self.with_choices(choices) else { continue };
                 let at = self.start(&text, start);
                 let local = self.descend(&text, at, observer);
                 self.show(observer);
                 all.push(local?);
-                // Without ranges one design is all there is of a combination.
-                if self.counts.runs >= self.optimise.runs {
-                    return Ok(Local::OutOfRuns);
-                }
             }
+            // Without ranges one design is all there is of a combination.
             if self.ranges.is_empty() {
                 break;
             }
         }
-        // The best design decides; if there is none, what was reached at most.
-        let best = self.candidates.iter().min_by(|a, b| a.objective.total_cmp(&b.objective));
+        // The best design decides: whether it is a local optimum, to the accuracy; if there is none, what was reached.
+        let least = |objectives: &mut dyn Iterator<Item = f64>| objectives.reduce(f64::min);
+        let best = least(&mut self.candidates.iter().map(|candidate| candidate.objective));
+        let optimum = least(&mut self.optima.iter().copied()).unwrap_or(f64::INFINITY);
         let any = |local: Local| all.contains(&local);
         Ok(match best {
-            Some(best) if best.is_optimum => Local::Optimum,
+            _ if any(Local::OutOfRuns) => Local::OutOfRuns,
+            Some(best) if optimum - best <= SAME_OPTIMUM * self.optimise.accuracy * best.abs() => Local::Optimum,
             Some(_) => Local::Stuck,
             None if any(Local::Infeasible) || any(Local::Stuck) => Local::Infeasible,
             None => Local::NoStart,
@@ -440,7 +449,6 @@ impl<'a> Search<'a> {
                 text: design.text.clone(),
                 values: row.values.clone(),
                 objective: design.objective,
-                is_optimum: false,
             });
         }
         self.designs.push(row);
@@ -476,7 +484,8 @@ impl<'a> Search<'a> {
         }
         let scale = 1.0 / here.objective.abs().max(f64::MIN_POSITIVE.sqrt());
         let scale = if scale.is_finite() && scale < 1e6 { scale } else { 1.0 };
-        let (mut radius, mut penalty, mut by_runs, mut rejected) = (FIRST_RADIUS, PENALTY, false, false);
+        let (mut radius, mut penalty, mut by_runs, mut after_rejection) = (FIRST_RADIUS, PENALTY, false, false);
+        let mut rejected;
         let mut hessian = DMatrix::zeros(n, n);
         self.keeps_history = false;
         self.differentiate(&mut here, by_runs)?;
@@ -487,8 +496,11 @@ impl<'a> Search<'a> {
             let upper = here.at.map(|at| (1.0 - at).min(radius));
             let Some(proposal) = model.minimise(&lower, &upper) else { return Ok(self.end_at(&here, false)) };
             let kept = here.violation() <= 0.5 * INSIDE;
-            let size = scale * here.objective.abs();
-            if proposal.decrease <= self.optimise.accuracy * size.max(f64::EPSILON) {
+            let length = proposal.step.amax();
+            // A small trust region hides what a larger one would promise.
+            let hidden = if length > 0.9 * radius { (PROMISE / radius).max(1.0) } else { 1.0 };
+            let least = self.optimise.accuracy * (scale * here.objective.abs()).max(f64::EPSILON);
+            if proposal.decrease * hidden <= least {
                 if kept {
                     return Ok(self.end_at(&here, true));
                 }
@@ -501,20 +513,36 @@ impl<'a> Search<'a> {
             if self.counts.runs >= self.optimise.runs {
                 return Ok(Local::OutOfRuns);
             }
-            let trial = self.evaluate(text, &(&here.at + &proposal.step), Kind::Step)?;
-            let length = proposal.step.amax();
+            let mut trial = self.evaluate(text, &(&here.at + &proposal.step), Kind::Step)?;
             let merit = |design: &Evaluation<'_>| scale * design.objective + penalty * design.violation();
-            let ratio = trial.as_ref().map(|trial| (merit(&here) - merit(trial)) / proposal.decrease);
+            let gain = |trial: &Evaluation<'_>| (merit(&here) - merit(trial)) / proposal.decrease;
+            let mut ratio = trial.as_ref().map(gain);
+            if let Some(beyond) = trial.as_mut().filter(|beyond| {
+                gain(beyond) <= RATIOS[0] && (0.0..CORRECTED).contains(&beyond.violation()) && beyond.violation() > 0.0
+            }) {
+                // Requirements are curved: a second step, with their gradients there, leads back to them.
+                self.differentiate(beyond, by_runs)?;
+                self.update(&mut hessian, &here, beyond, &proposal, scale);
+                let model = self.model(beyond, &hessian, scale, penalty);
+                let around = |bound: f64| &here.at.map(|at| (at + bound).clamp(0.0, 1.0)) - &beyond.at;
+                if let Some(back) = model.minimise(&around(-radius), &around(radius)) {
+                    let corrected = self.evaluate(text, &(&beyond.at + &back.step), Kind::Step)?;
+                    // It says nothing about a larger trust region.
+                    ratio = corrected.as_ref().map(gain).map(|ratio| ratio.min(RATIOS[2])).or(ratio);
+                    trial = corrected;
+                }
+            }
+            rejected = trial.is_none() || ratio.is_none_or(|ratio| ratio <= RATIOS[0]);
             match ratio {
                 None => radius = SHRINK_FAILED * length,
                 Some(ratio) if ratio < RATIOS[1] => radius = SHRINK * length,
                 // Not back to where a step has just failed.
-                Some(ratio) if ratio > RATIOS[2] && length > 0.9 * radius && !rejected => {
+                Some(ratio) if ratio > RATIOS[2] && length > 0.9 * radius && !after_rejection => {
                     radius = (GROW * radius).min(1.0);
                 }
                 Some(_) => {}
             }
-            rejected = ratio.is_none_or(|ratio| ratio <= RATIOS[0]);
+            after_rejection = rejected;
             if let (Some(mut next), false) = (trial, rejected) {
                 self.differentiate(&mut next, by_runs)?;
                 self.update(&mut hessian, &here, &next, &proposal, scale);
@@ -536,11 +564,11 @@ impl<'a> Search<'a> {
         if !design.is_kept() {
             return Local::Infeasible;
         }
-        let own = self.candidates.iter_mut().find(|candidate| candidate.text == design.text);
-        if let Some(own) = own {
-            own.is_optimum = optimum;
+        if !optimum {
+            return Local::Stuck;
         }
-        if optimum { Local::Optimum } else { Local::Stuck }
+        self.optima.push(design.objective);
+        Local::Optimum
     }
 
     /// The model at a design whose gradients are known.
@@ -621,14 +649,16 @@ impl<'a> Search<'a> {
         *hessian += &damped * damped.transpose() / step.dot(&damped) - &moved * moved.transpose() / own;
     }
 
-    /// Runs the best designs afresh, from their texts alone, up to the first one that keeps all requirements; and
-    /// whether it is the one that ended a search as an optimum.
-    fn certify(&mut self, observer: &mut dyn FnMut(&Design)) -> Option<(Optimum, bool)> {
+    /// Runs the best designs afresh, from their texts alone, up to the first one that keeps all requirements; and how
+    /// many better ones do not.
+    fn certify(&mut self, observer: &mut dyn FnMut(&Design)) -> Option<(Optimum, usize)> {
         self.candidates.sort_by(|a, b| a.objective.total_cmp(&b.objective));
         let candidates: Vec<Candidate> = self.candidates.drain(..).take(CANDIDATES).collect();
         let mut best = None;
-        for candidate in candidates {
-            let run = self.fresh(&candidate.text)?;
+        for (k, candidate) in candidates.into_iter().enumerate() {
+            let Some(run) = self.fresh(&candidate.text) else {
+                return Some((candidate.with_certificate(None), k));
+            };
             self.counts.runs += 1;
             let holds = run.status() == Status::Converged && run.verdict() == Verdict::Pass;
             let row = self.designs.iter().find(|design| design.run == candidate.run);
@@ -641,8 +671,7 @@ impl<'a> Search<'a> {
             self.designs.extend(row);
             self.show(observer);
             if holds {
-                let is_optimum = candidate.is_optimum;
-                best = Some((candidate.with_certificate(Some(run)), is_optimum));
+                best = Some((candidate.with_certificate(Some(run)), k));
                 break;
             }
         }

@@ -187,6 +187,8 @@ pub struct Study<'a> {
     steps: Vec<Step>,
     stop: Stop,
     catalogue: Catalogue,
+    /// Changes the requirements of every network that is built of the scenario.
+    requirements: fn(&mut Network),
     driver: InteractiveDriver,
     /// At the start, then at the end of each step, as far as the run came.
     ends: Vec<Ended>,
@@ -200,12 +202,22 @@ impl<'a> Study<'a> {
     /// # Errors
     /// Faults of the scenario.
     pub fn new(source: Source<'a>) -> Result<Self, NoAnswer> {
+        Self::with_requirements(source, |_| {})
+    }
+
+    /// The same with a change of the requirements of every network that is built of the scenario.
+    ///
+    /// # Errors
+    /// Faults of the scenario.
+    pub(crate) fn with_requirements(source: Source<'a>, requirements: fn(&mut Network)) -> Result<Self, NoAnswer> {
         let Source { text, files, registry, monitor } = &source;
         let (scenario, built) = crate::load_with_files(text, *files, registry)
             .and_then(|(scenario, built)| crate::mesh::by_accuracy(scenario, built, registry, monitor))
             .map_err(NoAnswer::Faults)?;
-        let Built { network, coarse, schedule, minimiser, stop, .. } = built;
+        let Built { mut network, coarse, schedule, minimiser, stop, .. } = built;
+        requirements(&mut network);
         Ok(Self {
+            requirements,
             catalogue: Catalogue::new(&scenario, &network),
             driver: InteractiveDriver::new(minimiser, stop, false, monitor.clone()),
             steps: steps_of(&schedule).into_owned(),
@@ -365,6 +377,7 @@ impl<'a> Study<'a> {
         let path = self.ends[..=step].iter().chain([&ended]).map(|end| end.checkpoint.clone()).collect();
         let not_differentiable = |reason| NoAnswer::NotDifferentiable { step: name.clone(), increment, reason };
         let mut own = self.scenario.build(self.source.registry).map_err(NoAnswer::Faults)?;
+        (self.requirements)(&mut own.network);
         let minimiser = own.minimiser.as_mut();
         let fraction = increment as f64 / increments as f64;
         let mut neighbourhood =
@@ -376,8 +389,8 @@ impl<'a> Study<'a> {
         let here = catalogue.measured(&self.scenario, &own.network, here);
         let names = catalogue.names(of, &here)?;
         let outputs: Vec<Asked> = names.iter().map(|name| Asked::new(name, &here, &self.network)).collect();
-        let (source, scenario) = (&self.source, &self.scenario);
-        let mut around = Around { source, scenario, catalogue, neighbourhood, sheet };
+        let (source, scenario, requirements) = (&self.source, &self.scenario, self.requirements);
+        let mut around = Around { source, scenario, catalogue, requirements, neighbourhood, sheet };
         let mut columns = Vec::with_capacity(parameters.len());
         for parameter in parameters {
             columns.push(around.derivatives(parameter, &here, &outputs)?);

@@ -1,6 +1,6 @@
 //! One design: its text, its run, and how far its requirements are kept in each step.
 
-use super::NoOptimum;
+use super::{NoOptimum, parts};
 use crate::sensitivity::{NoAnswer, Source, Study};
 use nalgebra::DVector;
 use wireloom_core::Network;
@@ -15,9 +15,9 @@ pub(super) const INSIDE: f64 = 2e-4;
 /// Worst value of a requirement in a step.
 #[derive(Clone, Debug)]
 pub(super) struct Line {
-    /// Index of the requirement.
+    /// Index of the requirement or its part.
     pub requirement: usize,
-    /// Its name.
+    /// Its name, of a part that of the whole.
     pub name: String,
     /// Index of the step.
     pub step: usize,
@@ -58,15 +58,16 @@ impl Line {
             if bends { (1.0 - limit / least, limit / (least * least)) } else { (own, sign / scale) };
         Some(Self {
             requirement,
-            name: line.name.clone(),
+            name: parts::whole(&line.name).to_owned(),
             step: moment.step_index,
             increment: moment.increment,
             worst,
             must: line.severity == Severity::Must,
             always: line.origin == Origin::Always,
             bound: line.bound,
-            kept: kept - margin - INSIDE,
-            kept_slope,
+            // What holds for every harness may be exactly as it should be, such as a span that is just taut.
+            kept: if line.origin == Origin::Always { own } else { kept - margin - INSIDE },
+            kept_slope: if line.origin == Origin::Always { sign / scale } else { kept_slope },
             margin: own,
             margin_slope: sign / scale,
             gradient: None,
@@ -123,7 +124,7 @@ impl<'a> Evaluation<'a> {
         at: DVector<f64>,
     ) -> Result<Result<Self, String>, NoOptimum> {
         let text = source.text.clone().into_owned();
-        let ran = Study::new(source).and_then(|mut study| {
+        let ran = Study::with_requirements(source, parts::divide).and_then(|mut study| {
             let last = study.steps().len() - 1;
             study.run_to(last)?;
             Ok(study)
@@ -142,7 +143,7 @@ impl<'a> Evaluation<'a> {
             .flat_map(|end| end.requirements_of_step.iter().enumerate())
             .filter_map(|(k, line)| Line::new(k, line, optimise.margin))
             .collect();
-        let verdict = study.ends().last().map_or(Verdict::Unresolved, |end| requirement::verdict(&end.requirements));
+        let verdict = study.ends().last().map_or(Verdict::Unresolved, |end| verdict(&end.requirements));
         let smooth = smooth(optimise, study.network());
         let mut objective = smooth;
         for term in &optimise.terms {
@@ -186,6 +187,17 @@ pub(super) fn counted<'l>(lines: &'l [Line], of: &'l Minimised) -> impl Iterator
 
 fn worst_of(lines: &[Line], of: &Minimised) -> Option<f64> {
     counted(lines, of).map(|(_, value, _)| value).reduce(f64::max)
+}
+
+/// Verdict on a sheet by parts: of a requirement it is enough that one part was checked.
+fn verdict(sheet: &[RequirementResult]) -> Verdict {
+    let checked = |name: &str| {
+        let others = sheet.iter().filter(|line| parts::whole(&line.name) == name);
+        others.into_iter().any(|line| line.verdict != Verdict::NotChecked)
+    };
+    let counts = |line: &&RequirementResult| line.verdict != Verdict::NotChecked || !checked(parts::whole(&line.name));
+    let sheet: Vec<RequirementResult> = sheet.iter().filter(counts).cloned().collect();
+    requirement::verdict(&sheet)
 }
 
 /// Lengths and masses in the objective, with their weights.

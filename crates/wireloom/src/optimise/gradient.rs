@@ -91,7 +91,8 @@ impl<'a> Search<'a> {
         for moment in moments {
             let here = |(k, line): (usize, &Line)| (asked[k] && (line.step, line.increment) == moment).then_some(k);
             let lines: Vec<usize> = design.lines.iter().enumerate().filter_map(here).collect();
-            let names: Vec<String> = lines.iter().map(|k| design.lines[*k].name.clone()).collect();
+            let all = &design.study.network().requirements;
+            let names: Vec<String> = lines.iter().map(|k| all[design.lines[*k].requirement].name.clone()).collect();
             let found = match design.study.derivatives(moment, &names, &parameters) {
                 Ok(found) => found,
                 Err(NoAnswer::Stopped) => return Err(NoOptimum::Stopped),
