@@ -8,8 +8,8 @@ use std::path::PathBuf;
 /// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
 ///
 /// Exit codes: 0 converged; 1 the input was refused; 2 not converged or interrupted (everything computed is still
-/// written); 3 a file or folder could not be read or written, or a plugin failed; 4 (`verify`, `optimise`) converged, but a
-/// requirement that must be kept fails or is unresolved.
+/// written); 3 a file or folder could not be read or written, or a plugin failed; 4 (`verify`, `optimise`) converged,
+/// but a requirement that must be kept fails or is unresolved.
 #[derive(Parser)]
 #[command(name = "wireloom", version)]
 pub struct Arguments {

@@ -13,8 +13,8 @@
 //! | `check` | contradicting constraints, parts that nothing holds |
 //! | `edit` | values that replace those of the text, steps and values written into the text |
 //!
-//! The data types lie beside them: [`Scenario`] and its parts, [`sweep`], [`optimise`], [`settings`], [`Fault`]; [`bundle`] is the
-//! rule for sections made of wires.
+//! The data types lie beside them: [`Scenario`] and its parts, [`sweep`], [`optimise`], [`settings`], [`Fault`];
+//! [`bundle`] is the rule for sections made of wires.
 
 mod attachment;
 mod build;
@@ -120,7 +120,7 @@ pub fn build_with_settings(
                 let broken = broken_down(&scenario, &own.network);
                 reader.faults(if broken.is_empty() { unheld } else { broken });
                 if let (Some(optimise), []) = (&scenario.optimise, settings) {
-                    reader.faults(optimise::refuse(optimise, text, &own.network, registry));
+                    reader.faults(check::optimise::refuse(optimise, text, &own.network, registry));
                 }
                 built = Some(own);
             }
@@ -137,9 +137,9 @@ pub fn build_with_settings(
     }
     // So is what an optimisation chooses from, and the units of its ranges.
     if let (Some(optimise), []) = (&scenario.optimise, settings) {
-        for (variable, trial) in optimise::trials(optimise, text, registry) {
+        for (variable, trial) in check::optimise::trials(optimise, text, registry) {
             parse_with_settings(text, std::slice::from_ref(&trial), files, registry)
-                .map_err(|faults| optimise::placed(variable, &trial, faults))?;
+                .map_err(|faults| check::optimise::placed(variable, &trial, faults))?;
         }
     }
     Ok((scenario, built))

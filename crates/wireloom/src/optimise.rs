@@ -10,6 +10,7 @@
 //! let registry = wireloom::registry();
 //! let search = Search::new(Source::new(&text, &NoFiles, &registry)).expect("it has an [optimise]");
 //! let found = search.run(&mut |design| println!("{:?}: {:?}", design.values, design.objective));
+//! let found = found.expect("its choices can be written");
 //! let optimum = found.optimum.expect("one that keeps all requirements");
 //! println!("{} m after {} runs", optimum.objective, found.counts.runs);
 //! # assert_eq!(found.ending, Ending::Converged);
@@ -18,17 +19,19 @@
 //!
 //! # Method
 //!
-//! Variables are scaled to their ranges. A design is the text of the scenario with values written into it, and its run.
-//! Every requirement is a constraint by itself in every step, for every part and for both halves of a cable, so that
-//! the model has no kink where another place becomes the worst: its margin less the estimated discretisation error, the margin that `[optimise]` asks for, and 2e-4. Of a
-//! bend radius the margin is that of the curvature. Worst values in the objective are linearised step by step, too.
+//! Variables are scaled to their ranges. A design is the text of the scenario with values written into it, and its
+//! run. Every requirement is a constraint by itself in every step, for every part and for both halves of a cable, so
+//! that the model has no kink where another place becomes the worst: its margin less the estimated discretisation
+//! error, the margin that `[optimise]` asks for, and 2e-4. Of a bend radius the margin is that of the curvature. Worst
+//! values in the objective are linearised in the same way.
 //!
 //! From a start the method is sequential quadratic programming with an exact penalty in a trust region (Fletcher 1987,
 //! sections 12.4 and 14.4; Nocedal and Wright 2006, section 18.5): linear models of the worst values and of the
 //! constraints, and a damped BFGS approximation of the Hessian of the Lagrangian. Derivatives are those of the
 //! equilibrium in which a requirement is at its worst in its step ([`crate::sensitivity`]): no runs. A step that leaves
-//! the requirements is corrected by a second one, with the gradients there. Where there are no derivatives, they are differences of further runs, which are counted. The program of each step is solved by Clarabel
-//! (interior point). A design whose run fails is a step that was too long.
+//! the requirements is corrected by a second one, with the gradients there. Where there are no derivatives, they are
+//! differences of further runs, which are counted. The program of each step is solved by Clarabel (interior point). A
+//! design whose run fails is a step that was too long.
 //!
 //! Every combination of choices is searched by itself, from each start. The best design is run once more, from its text
 //! alone; it counts only if that run converges with the verdict "pass".
@@ -40,7 +43,7 @@ mod subproblem;
 mod text;
 
 use crate::sensitivity::Source;
-use evaluation::{Evaluation, INSIDE, Line, counted};
+use evaluation::{Evaluation, INSIDE, Line, NoRun, counted};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -75,6 +78,12 @@ const GROW: f64 = 2.5;
 const PENALTY: f64 = 10.0;
 /// Largest penalty.
 const MOST_PENALTY: f64 = 1e6;
+/// Penalty of the merit function that judges a step, in units of the largest multiplier.
+const MERIT: f64 = 3.0;
+/// Its least value.
+const LEAST_MERIT: f64 = 0.05;
+/// Least decrease of that merit function, as a fraction of that with the full penalty; below it the full one judges.
+const ENOUGH: f64 = 0.1;
 /// Factor on a penalty that leaves a violation.
 const RAISE: f64 = 10.0;
 /// Numbers are written with this resolution, as a fraction of their range.
@@ -300,7 +309,10 @@ impl<'a> Search<'a> {
     }
 
     /// Searches. `observer` is called for every design, after its run.
-    pub fn run(mut self, observer: &mut dyn FnMut(&Design)) -> Optimisation {
+    ///
+    /// # Errors
+    /// If a choice cannot be written into the text.
+    pub fn run(mut self, observer: &mut dyn FnMut(&Design)) -> Result<Optimisation, NoOptimum> {
         let searched = self.search_all(observer);
         let (optimum, mut ending) = match searched {
             Ok(local) => {
@@ -315,7 +327,8 @@ impl<'a> Search<'a> {
                 };
                 (certified.map(|(optimum, _)| optimum), ending)
             }
-            Err(_) => (None, Ending::Stopped),
+            Err(NoOptimum::Stopped) => (None, Ending::Stopped),
+            Err(other) => return Err(other),
         };
         let mut optimum = optimum;
         if self.monitor.is_stopped() {
@@ -329,14 +342,14 @@ impl<'a> Search<'a> {
             let range = self.ranges.iter().find(|range| range.key == variable.key);
             range.map_or_else(String::new, |range| range.unit.clone())
         };
-        Optimisation {
+        Ok(Optimisation {
             keys: self.keys(),
             units: self.optimise.variables.iter().map(unit).collect(),
             designs: self.designs,
             optimum,
             ending,
             counts: self.counts,
-        }
+        })
     }
 
     /// All starts of all combinations of choices.
@@ -349,7 +362,7 @@ impl<'a> Search<'a> {
                     return Ok(Local::OutOfRuns);
                 }
                 self.search += 1;
-                let Ok(text) = self.with_choices(choices) else { continue };
+                let text = self.with_choices(choices)?;
                 let at = self.start(&text, start);
                 let local = self.descend(&text, at, observer);
                 self.show(observer);
@@ -375,10 +388,10 @@ impl<'a> Search<'a> {
     }
 
     /// The text with these choices.
-    fn with_choices(&self, choices: &[Setting]) -> Result<String, Fault> {
+    fn with_choices(&self, choices: &[Setting]) -> Result<String, NoOptimum> {
         let with = |text: String, choice: &Setting| {
             let value = toml_value(&choice.value);
-            record::with_json(&text, &choice.key, &value, self.registry)
+            record::with_json(&text, &choice.key, &value, self.registry).map_err(|fault| NoOptimum::Faults(vec![fault]))
         };
         choices.iter().try_fold(self.text.clone().into_owned(), with)
     }
@@ -398,23 +411,36 @@ impl<'a> Search<'a> {
         self.shown = self.designs.len();
     }
 
-    /// Runs a design, and keeps its row. `None` if its run fails.
-    fn evaluate(&mut self, text: &str, at: &DVector<f64>, kind: Kind) -> Result<Option<Evaluation<'a>>, NoOptimum> {
+    /// The text with the numbers at a point, and the numbers as they are written.
+    fn written(&self, text: &str, at: &DVector<f64>) -> Result<(String, Vec<f64>), Fault> {
         let mut own = text.to_owned();
         let mut values = Vec::with_capacity(self.ranges.len());
         for (range, at) in self.ranges.iter().zip(at.iter()) {
             let (width, bounds) = (range.to - range.from, [range.from, range.to]);
             let value = (range.from + at * width).clamp(range.from, range.to);
-            let (next, value) = text::with_number(&own, &range.key, value, RESOLUTION * width, bounds, self.registry)
-                .map_err(|fault| NoOptimum::Faults(vec![fault]))?;
+            let (next, value) = text::with_number(&own, &range.key, value, RESOLUTION * width, bounds, self.registry)?;
             own = next;
             values.push(value);
         }
-        let fraction = |(range, value): (&Range, &f64)| (value - range.from) / (range.to - range.from);
-        let at = DVector::from_iterator(values.len(), self.ranges.iter().zip(&values).map(fraction));
-        let words = self.words(&own, &values);
-        let source = Source { monitor: self.monitor.clone(), ..Source::new(own, self.files, self.registry) };
-        let evaluated = Evaluation::run(source, &self.optimise, values, at)?;
+        Ok((own, values))
+    }
+
+    /// Runs a design, and keeps its row. `None` if its run fails.
+    fn evaluate(&mut self, text: &str, at: &DVector<f64>, kind: Kind) -> Result<Option<Evaluation<'a>>, NoOptimum> {
+        let (words, evaluated) = match self.written(text, at) {
+            Ok((own, values)) => {
+                let fraction = |(range, value): (&Range, &f64)| (value - range.from) / (range.to - range.from);
+                let at = DVector::from_iterator(values.len(), self.ranges.iter().zip(&values).map(fraction));
+                let words = self.words(&own, &values);
+                let source = Source { monitor: self.monitor.clone(), ..Source::new(own, self.files, self.registry) };
+                match Evaluation::run(source, &self.optimise, values, at) {
+                    Ok(design) => (words, Ok(design)),
+                    Err(NoRun::Failed(reason)) => (words, Err(reason)),
+                    Err(NoRun::Stopped) => return Err(NoOptimum::Stopped),
+                }
+            }
+            Err(fault) => (vec![String::new(); self.optimise.variables.len()], Err(fault.message)),
+        };
         self.counts.runs += 1;
         self.counts.differences += usize::from(kind == Kind::Difference);
         let mut row = Design {
@@ -514,8 +540,14 @@ impl<'a> Search<'a> {
                 return Ok(Local::OutOfRuns);
             }
             let mut trial = self.evaluate(text, &(&here.at + &proposal.step), Kind::Step)?;
-            let merit = |design: &Evaluation<'_>| scale * design.objective + penalty * design.violation();
-            let gain = |trial: &Evaluation<'_>| (merit(&here) - merit(trial)) / proposal.decrease;
+            // A penalty far above the multipliers would allow only steps along the requirements, which are curved.
+            let multiplier = proposal.of_requirements.iter().copied().fold(0.0, f64::max);
+            let weight = (MERIT * multiplier).clamp(LEAST_MERIT, penalty);
+            let decrease = proposal.decrease - (penalty - weight) * (here.violation() - proposal.violation);
+            let enough = decrease >= ENOUGH * proposal.decrease;
+            let (weight, decrease) = if enough { (weight, decrease) } else { (penalty, proposal.decrease) };
+            let merit = |design: &Evaluation<'_>| scale * design.objective + weight * design.violation();
+            let gain = |trial: &Evaluation<'_>| (merit(&here) - merit(trial)) / decrease;
             let mut ratio = trial.as_ref().map(gain);
             if let Some(beyond) = trial.as_mut().filter(|beyond| {
                 gain(beyond) <= RATIOS[0] && (0.0..CORRECTED).contains(&beyond.violation()) && beyond.violation() > 0.0
@@ -527,8 +559,7 @@ impl<'a> Search<'a> {
                 let around = |bound: f64| &here.at.map(|at| (at + bound).clamp(0.0, 1.0)) - &beyond.at;
                 if let Some(back) = model.minimise(&around(-radius), &around(radius)) {
                     let corrected = self.evaluate(text, &(&beyond.at + &back.step), Kind::Step)?;
-                    // It says nothing about a larger trust region.
-                    ratio = corrected.as_ref().map(gain).map(|ratio| ratio.min(RATIOS[2])).or(ratio);
+                    ratio = corrected.as_ref().map(gain).or(ratio);
                     trial = corrected;
                 }
             }

@@ -30,13 +30,11 @@ pub fn optimise(arguments: &OptimiseArguments, out: &mut dyn Write) -> Result<Ou
     let files = Beside::of(file);
     interrupt::listen();
     let source = Source { monitor: interrupt::monitor().clone(), ..Source::new(text, &files, &loaded.registry) };
-    let search = match Search::new(source) {
-        Ok(search) => search,
-        Err(NoOptimum::Faults(faults)) => {
-            return Err(Failure::Refused(vec![load::refusal(file, text.to_owned(), faults)]));
-        }
-        Err(other) => return Err(Failure::Input(format!("{}: {other}", file.display()))),
+    let refused = |reason: NoOptimum| match reason {
+        NoOptimum::Faults(faults) => Failure::Refused(vec![load::refusal(file, text.to_owned(), faults)]),
+        other => Failure::Input(format!("{}: {other}", file.display())),
     };
+    let search = Search::new(source).map_err(refused)?;
     let mut folder = Folder::of_results(named.as_deref(), file)?;
     folder.clear()?;
     let keys = search.keys();
@@ -58,6 +56,7 @@ pub fn optimise(arguments: &OptimiseArguments, out: &mut dyn Write) -> Result<Ou
     if let Some(failure) = failed {
         return Err(failure);
     }
+    let found = found.map_err(refused)?;
     if let Some(optimum) = &found.optimum {
         folder.write(SCENARIO, |out| out.write_all(optimum.text.as_bytes()))?;
     }

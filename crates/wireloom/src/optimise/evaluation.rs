@@ -1,6 +1,6 @@
 //! One design: its text, its run, and how far its requirements are kept in each step.
 
-use super::{NoOptimum, parts};
+use super::parts;
 use crate::sensitivity::{NoAnswer, Source, Study};
 use nalgebra::DVector;
 use wireloom_core::Network;
@@ -90,6 +90,14 @@ impl Line {
     }
 }
 
+/// Why a design has no run.
+pub(super) enum NoRun {
+    /// It was stopped.
+    Stopped,
+    /// It failed.
+    Failed(String),
+}
+
 /// A design that was run to its end.
 pub(super) struct Evaluation<'a> {
     /// Its text.
@@ -113,16 +121,11 @@ pub(super) struct Evaluation<'a> {
 }
 
 impl<'a> Evaluation<'a> {
-    /// Runs a design; the inner error says why its run failed.
+    /// Runs a design.
     ///
     /// # Errors
-    /// If it was stopped.
-    pub fn run(
-        source: Source<'a>,
-        optimise: &Optimise,
-        values: Vec<f64>,
-        at: DVector<f64>,
-    ) -> Result<Result<Self, String>, NoOptimum> {
+    /// If its run failed, or was stopped.
+    pub fn run(source: Source<'a>, optimise: &Optimise, values: Vec<f64>, at: DVector<f64>) -> Result<Self, NoRun> {
         let text = source.text.clone().into_owned();
         let ran = Study::with_requirements(source, parts::divide).and_then(|mut study| {
             let last = study.steps().len() - 1;
@@ -131,12 +134,12 @@ impl<'a> Evaluation<'a> {
         });
         let study = match ran {
             Ok(study) => study,
-            Err(NoAnswer::Stopped) => return Err(NoOptimum::Stopped),
+            Err(NoAnswer::Stopped) => return Err(NoRun::Stopped),
             Err(NoAnswer::Faults(faults)) => {
                 let words = faults.first().map_or_else(String::new, |fault| fault.message.clone());
-                return Ok(Err(format!("refused: {words}")));
+                return Err(NoRun::Failed(format!("refused: {words}")));
             }
-            Err(other) => return Ok(Err(other.to_string())),
+            Err(other) => return Err(NoRun::Failed(other.to_string())),
         };
         let steps = study.ends().iter().skip(1);
         let lines: Vec<Line> = steps
@@ -152,11 +155,11 @@ impl<'a> Evaluation<'a> {
                     continue;
                 }
                 let words = format!("`{}` has no value in this run", term.of);
-                return Ok(Err(words));
+                return Err(NoRun::Failed(words));
             };
             objective += term.weight * worst;
         }
-        Ok(Ok(Self { text, values, at, smooth, smooth_gradient: None, lines, objective, verdict, study }))
+        Ok(Self { text, values, at, smooth, smooth_gradient: None, lines, objective, verdict, study })
     }
 
     /// The constraint that is kept least.

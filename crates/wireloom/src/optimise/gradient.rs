@@ -28,12 +28,12 @@ impl<'a> Search<'a> {
         // Of each line in the model the derivatives by the variables, as far as they are known.
         let mut known: Vec<Vec<Option<f64>>> = vec![vec![None; n]; design.lines.len()];
         if !by_runs {
-            self.from_equilibria(design, &asked, &mut known)?;
+            self.at_equilibria(design, &asked, &mut known)?;
         }
         for k in 0..n {
             let missing = |(asked, known): (&bool, &Vec<Option<f64>>)| *asked && known[k].is_none();
             if asked.iter().zip(&known).any(missing) {
-                self.from_a_run(design, k, &asked, &mut known)?;
+                self.by_a_run(design, k, &asked, &mut known)?;
             }
         }
         for ((line, asked), known) in design.lines.iter_mut().zip(asked).zip(known) {
@@ -73,7 +73,7 @@ impl<'a> Search<'a> {
     }
 
     /// Derivatives of the equilibria in which requirements are at their worst.
-    fn from_equilibria(
+    fn at_equilibria(
         &mut self,
         design: &mut Evaluation<'a>,
         asked: &[bool],
@@ -130,7 +130,7 @@ impl<'a> Search<'a> {
     }
 
     /// The derivatives by a variable that are still missing, from a run with another value.
-    fn from_a_run(
+    fn by_a_run(
         &mut self,
         design: &Evaluation<'a>,
         k: usize,

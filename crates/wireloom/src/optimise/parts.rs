@@ -1,5 +1,5 @@
-//! Requirements divided into their parts: a requirement on several parts of a harness, or on both ends of a cable, has a
-//! kink where another place becomes its worst. By parts each place has a constraint of its own.
+//! Requirements divided into their parts: a requirement on several parts of a harness, or on both ends of a cable, has
+//! a kink where another place becomes its worst. By parts each place has a constraint of its own.
 
 use wireloom_core::Network;
 use wireloom_core::requirement::{Measure, Part, Requirement};

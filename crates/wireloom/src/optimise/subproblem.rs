@@ -42,6 +42,8 @@ pub(super) struct Proposal {
     pub step: DVector<f64>,
     /// Decrease of the merit function that the model promises.
     pub decrease: f64,
+    /// Sum of the violations that it leaves.
+    pub violation: f64,
     /// Of each worst value those of its list: they add up to its weight.
     pub of_worst: Vec<Vec<f64>>,
     /// Of the requirements.
@@ -55,9 +57,14 @@ impl Model {
             .worst
             .iter()
             .map(|(weight, list)| weight * list.iter().map(|linear| linear.at(step)).fold(f64::NEG_INFINITY, f64::max));
-        let violation: f64 = self.requirements.iter().map(|linear| (-linear.at(step)).max(0.0)).sum();
+        let violation = self.violation(step);
         let curved = 0.5 * step.dot(&(&self.hessian * step));
         self.smooth.at(step) + worst.sum::<f64>() + self.penalty * violation + curved
+    }
+
+    /// Sum of the violations at a step.
+    fn violation(&self, step: &DVector<f64>) -> f64 {
+        self.requirements.iter().map(|linear| (-linear.at(step)).max(0.0)).sum()
     }
 
     /// The step between `lower` and `upper` (of each component) that minimises the model; `None` if the program could
@@ -108,7 +115,8 @@ impl Model {
         let of_worst = self.worst.iter().map(|(_, list)| multipliers.by_ref().take(list.len()).collect()).collect();
         let of_requirements = multipliers.take(self.requirements.len()).collect();
         let decrease = self.at(&DVector::zeros(n)) - self.at(&step);
-        Some(Proposal { step, decrease, of_worst, of_requirements })
+        let violation = self.violation(&step);
+        Some(Proposal { step, decrease, violation, of_worst, of_requirements })
     }
 }
 
