@@ -38,6 +38,8 @@ fn main() -> ExitCode {
         ("identify finds a stiffness", identifies),
         ("identify refuses what it cannot use, and flags what is not identifiable", does_not_identify),
         ("sensitivities refuses what is not there, and says where there is no derivative", no_sensitivities),
+        ("optimise writes all designs and the best one, which verify passes", optimise),
+        ("optimise says what it cannot do, and ends with that code", no_optimum),
         ("the schema is a JSON Schema", schema),
         ("models lists every kind of the registry", models),
         ("explain says what a key means", explain),
@@ -558,6 +560,47 @@ fn no_sensitivities() -> Checked {
     ensure(ended.out.is_empty() && ended.err.contains("the equilibrium is not stable"), &ended)?;
     place.run(&["sensitivities", "none.toml", "--by", length])?.expect(3)?;
     Ok(())
+}
+
+fn optimise() -> Checked {
+    let place = Place::new()?;
+    let text = fs::read_to_string(root().join("scenarios/optimise/shortest_cable.toml"))?;
+    place.file("s.toml", text.replace("starts = 4", "starts = 1"))?;
+    let ended = place.run(&["optimise", "s.toml", "--out", "o"])?.expect(0)?;
+    ensure(ended.out.contains("verdict: PASS") && ended.out.contains("\nconverged: "), &ended)?;
+    let summary = place.json("o/optimum.json")?;
+    ensure((&summary["ending"], &summary["schema"]) == (&"converged".into(), &1.into()), &summary)?;
+    let certificate = &summary["optimum"]["certificate"];
+    ensure(
+        (&certificate["status"], &certificate["sheet"]["verdict"]) == (&"converged".into(), &"pass".into()),
+        &summary,
+    )?;
+    let optimum = fs::read_to_string(place.path("o/optimum.toml"))?;
+    ensure(certificate["sha256"] == wireloom::export::sha256(optimum.as_bytes()), &summary)?;
+    ensure(optimum.contains(" mm\" # generous; what can be saved?"), &optimum)?;
+    let rows = fs::read_to_string(place.path("o/designs.csv"))?;
+    ensure(rows.lines().count() as u64 == 1 + summary["counts"]["runs"].as_u64().unwrap_or(0), &rows)?;
+    place.file("optimum.toml", optimum)?;
+    place.run(&["verify", "optimum.toml"])?.expect(0)?;
+    let json = place.run(&["optimise", "s.toml", "--json"])?.expect(0)?;
+    ensure(serde_json::from_str::<Value>(&json.out)? == summary, &json)
+}
+
+fn no_optimum() -> Checked {
+    let place = Place::new()?;
+    let text = fs::read_to_string(root().join("scenarios/optimise/shortest_cable.toml"))?;
+    place.file("none.toml", first()?)?;
+    let ended = place.run(&["optimise", "none.toml", "--out", "o"])?.expect(1)?;
+    ensure(ended.err.contains("has no [optimise]") && !place.path("o").exists(), &ended)?;
+    place.file("tight.toml", text.replace("min_bend_radius = \"50 mm\"", "min_bend_radius = \"500 mm\""))?;
+    let ended = place.run(&["optimise", "tight.toml", "--out", "o"])?.expect(4)?;
+    ensure(ended.out.contains("no design was found that keeps all requirements"), &ended)?;
+    ensure(place.json("o/optimum.json")?["optimum"].is_null() && !place.path("o/optimum.toml").exists(), &ended)?;
+    // Two runs are too few; what was found stays.
+    place.file("few.toml", text.replace("starts = 4", "runs = 2"))?;
+    let ended = place.run(&["optimise", "few.toml", "--out", "o"])?.expect(2)?;
+    ensure(ended.out.contains("the largest number of runs was reached"), &ended)?;
+    ensure(place.path("o/optimum.toml").exists(), &ended)
 }
 
 fn schema() -> Checked {

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 ///
 /// Exit codes: 0 converged; 1 the input was refused; 2 not converged or interrupted (everything computed is still
 /// written), or (`identify`) a number is not identifiable; 3 a file or folder could not be read or written, or a plugin
-/// failed; 4 (`verify` only) converged, but a requirement that must be kept fails or is unresolved.
+/// failed; 4 (`verify`, `optimise`) converged, but a requirement that must be kept fails or is unresolved.
 #[derive(Parser)]
 #[command(name = "wireloom", version)]
 pub struct Arguments {
@@ -74,6 +74,13 @@ pub enum Command {
     /// distances in each configuration. A value that the points do not determine is `not identifiable`, and has no
     /// value: then, and where the fit does not converge, the exit code is 2.
     Identify(IdentifyArguments),
+    /// Choose numbers and words of a scenario so that an objective is smallest and all requirements are kept
+    ///
+    /// The scenario's [optimise] has the keys to vary, their ranges, and what to minimise. Every run is a line, and a
+    /// row of designs.csv; the best design becomes optimum.toml, with the comments of its author, and is run afresh:
+    /// optimum.json has the sheet of that run. After Ctrl-C the best design so far is kept. Exit code 0: it is a local
+    /// optimum, and the fresh run passes; 4: runs converge, but no design was found that keeps all requirements.
+    Optimise(OptimiseArguments),
     /// Show a sweep as one HTML page: verdicts, the region that fails, drivers of requirements, distributions
     ///
     /// (The page of a run is written by `run --report`.)
@@ -438,6 +445,23 @@ pub struct IdentifyArguments {
     /// shapes (shapes.svg) into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+#[derive(Args)]
+pub struct OptimiseArguments {
+    /// The scenario
+    pub file: PathBuf,
+    /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print optimum.json instead of the lines, for programs
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but faults
+    #[arg(long, short, conflicts_with = "json")]
+    pub quiet: bool,
     #[command(flatten)]
     pub allowed: Allowed,
 }

@@ -8,6 +8,7 @@ mod explain;
 mod identify;
 mod import;
 mod models;
+mod optimise;
 mod plugin;
 mod report;
 mod run;
@@ -35,6 +36,7 @@ pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Fail
         Command::SweepProcess(arguments) => sweep::process::compute(arguments, out),
         Command::Sensitivities(arguments) => sensitivities::sensitivities(arguments, out),
         Command::Identify(arguments) => identify::identify(arguments, out),
+        Command::Optimise(arguments) => optimise::optimise(arguments, out),
         Command::Report { results, output } => report::report(results, output.as_deref(), out),
         Command::Schema => schema::schema(out),
         Command::Plugin { task } => plugin::plugin(task, out),

@@ -4,6 +4,7 @@ pub mod diagnostics;
 pub mod differences;
 pub mod identified;
 pub mod operations;
+pub mod optimise;
 pub mod points;
 pub mod progress;
 pub mod sensitivities;

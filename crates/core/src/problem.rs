@@ -5,7 +5,6 @@ use crate::conditions::{
 };
 use crate::constraint::Action;
 use crate::equilibrium::{Energy, PartFamily, SlideResult};
-use crate::load::LoadAction;
 use crate::prescribed::{Held, Prescribed};
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, lever_hessian};

@@ -4,5 +4,6 @@ pub(crate) mod conflicts;
 pub(crate) mod freedoms;
 pub(crate) mod friction;
 pub(crate) mod limits;
+pub(crate) mod optimise;
 pub(crate) mod temperature;
 mod timeline;

@@ -13,8 +13,8 @@
 //! | `check` | contradicting constraints, parts that nothing holds |
 //! | `edit` | values that replace those of the text, steps and values written into the text |
 //!
-//! The data types lie beside them: [`Scenario`] and its parts, [`sweep`], [`settings`], [`Fault`]; [`bundle`] is the
-//! rule for sections made of wires.
+//! The data types lie beside them: [`Scenario`] and its parts, [`sweep`], [`optimise`], [`settings`], [`Fault`];
+//! [`bundle`] is the rule for sections made of wires.
 
 mod attachment;
 mod build;
@@ -24,6 +24,7 @@ mod edit;
 pub mod fault;
 mod format;
 mod operations;
+pub mod optimise;
 mod output;
 mod read;
 mod scenario;
@@ -118,6 +119,9 @@ pub fn build_with_settings(
                 // It is not known what a constraint holds after its plugin has failed.
                 let broken = broken_down(&scenario, &own.network);
                 reader.faults(if broken.is_empty() { unheld } else { broken });
+                if let (Some(optimise), []) = (&scenario.optimise, settings) {
+                    reader.faults(check::optimise::refuse(optimise, text, &own.network, registry));
+                }
                 built = Some(own);
             }
         }
@@ -129,6 +133,13 @@ pub fn build_with_settings(
         for k in sweep.trials() {
             parse_with_settings(text, &sweep.settings(k), files, registry)
                 .map_err(|faults| sweep::placed(sweep, k, text, faults))?;
+        }
+    }
+    // So is what an optimisation chooses from, and the units of its ranges.
+    if let (Some(optimise), []) = (&scenario.optimise, settings) {
+        for (variable, trial) in check::optimise::trials(optimise, text, registry) {
+            parse_with_settings(text, std::slice::from_ref(&trial), files, registry)
+                .map_err(|faults| check::optimise::placed(variable, &trial, faults))?;
         }
     }
     Ok((scenario, built))

@@ -16,6 +16,7 @@ pub(crate) mod minimiser;
 pub(crate) mod names;
 pub(crate) mod nearest;
 pub(crate) mod obstacles;
+pub(crate) mod optimise;
 pub(crate) mod places;
 pub(crate) mod plugins;
 pub(crate) mod poses;

@@ -2,6 +2,7 @@
 
 use crate::attachment::{At, NOWHERE, Stretch};
 use crate::bundle::Bundle;
+use crate::optimise::Optimise;
 use crate::output::Output;
 use crate::span::{Span, Spans};
 use crate::sweep::Sweep;
@@ -56,6 +57,8 @@ pub struct Scenario {
     pub markers: Vec<Marker>,
     /// The sweep of `wireloom sweep`.
     pub sweep: Option<Sweep>,
+    /// What `wireloom optimise` chooses, and to what end.
+    pub optimise: Option<Optimise>,
     /// Output besides the result.
     pub output: Output,
 }

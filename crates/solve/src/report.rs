@@ -15,4 +15,5 @@ pub(crate) mod violations;
 pub use clearance::{clearance_from_obstacle, clearance_of_branches};
 pub(crate) use linking::self_passing;
 pub use log::{EventLog, Occurrence};
+pub use sheet::MARGIN_WITHOUT_ERROR;
 pub(crate) use twist_loss::TwistMonitor;

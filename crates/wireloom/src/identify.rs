@@ -288,7 +288,7 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
     let first = Study::new(source.clone()).map_err(no_fit)?;
     let scenario = first.scenario();
     let (unknowns, text) =
-        unknowns::unknowns(source.text, scenario, source.registry, request.wishes).map_err(NoFit::Question)?;
+        unknowns::unknowns(&source.text, scenario, source.registry, request.wishes).map_err(NoFit::Question)?;
     let smooth = unknowns::smoothness(&unknowns, request.wishes.smooth).map_err(NoFit::Question)?;
     let points = read_points(request, &first)?;
     let coordinates: usize = points.iter().map(MeasuredPoint::coordinates).sum();
@@ -304,7 +304,7 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
         points: &points,
         smooth,
     };
-    let source = Source { text: &text, ..source };
+    let source = Source { text: text.into(), ..source };
     let mut harness = Harness {
         source,
         mesh: scenario,

@@ -53,6 +53,7 @@
 //! | vary values over many runs | [`sweep`] |
 //! | differentiate results by numbers of the scenario | [`sensitivity`] |
 //! | identify numbers of the scenario from measured points | [`identify`](mod@identify) |
+//! | choose numbers and words so that an objective is smallest | [`optimise`] |
 //! | tell whether runs ended in the same equilibrium | [`compare`] |
 //! | write JSON, CSV, VTK, glTF, pictures, reports | [`export`] |
 //! | add own rods, joints, constraints, minimisers | [`parts`], [`geometry`] |
@@ -85,6 +86,7 @@ pub mod identify;
 pub mod import;
 mod load;
 pub mod mesh;
+pub mod optimise;
 pub mod parts;
 #[cfg(feature = "plugins")]
 pub mod plugins;

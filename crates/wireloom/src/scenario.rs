@@ -21,4 +21,4 @@ pub use wireloom_scenario::{
     NoFiles, Number, Output, Places, Plugins, Scenario, Setting, Span, Stretch, number_at, parse, parse_with_files,
     plugins, render, schema, shipped_coverings, shipped_wires, unit_of,
 };
-pub use wireloom_scenario::{adjust, bundle, explain, fault, record, settings};
+pub use wireloom_scenario::{adjust, bundle, explain, fault, optimise, record, settings};

@@ -26,7 +26,8 @@
 //! For each parameter the scenario is built twice, with a slightly larger and a slightly smaller value and the same
 //! mesh. [`wireloom_solve::steps::nearby`] finds both equilibria near that of the run with the factor of the Hessian
 //! there, which is kept: a few residuals and back-substitutions, no run and no factorisation. The derivative is the
-//! central difference of the output. The step is so small that the harness turns by about 2e-4 (rad, or lengths of the longest branch) at most.
+//! central difference of the output. The step is so small that the harness turns by about 2e-4 rad, or moves by so many
+//! lengths of its longest branch, at most.
 //!
 //! # Where there is no derivative
 //!
@@ -34,147 +35,25 @@
 //! not, or where different points touch or another place is the worst on the two sides, there is no derivative, but one
 //! value for each side and the reason.
 
+mod answer;
 mod differences;
 mod outputs;
 
+pub use answer::{Derivative, NoAnswer, Output, Parameter, Question, Sensitivities, Source};
+
 use differences::Around;
 use outputs::{Asked, Catalogue};
-use serde::Serialize;
-use wireloom_core::equilibrium::PartFault;
+use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::equilibrium::RequirementResult;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::steps::{Schedule, Step};
-use wireloom_core::{Monitor, Network, Registry, Status};
+use wireloom_core::{Network, Status};
 use wireloom_scenario::fault::did_you_mean;
-use wireloom_scenario::{Built, Fault, Files, Scenario, number_at};
+use wireloom_scenario::{Built, Fault, Scenario, number_at};
 use wireloom_solve::steps::checkpoint::Checkpoint;
 use wireloom_solve::steps::interactive::{Ended, InteractiveDriver};
-use wireloom_solve::steps::nearby::{Neighbourhood, NotFound};
+use wireloom_solve::steps::nearby::Neighbourhood;
 use wireloom_solve::steps::{Interruption, steps_of};
-
-/// A scenario as text.
-#[derive(Clone)]
-pub struct Source<'a> {
-    /// Its text.
-    pub text: &'a str,
-    /// The files it names.
-    pub files: &'a dyn Files,
-    /// The kinds.
-    pub registry: &'a Registry,
-    /// Monitor that may stop the work.
-    pub monitor: Monitor,
-}
-
-impl<'a> Source<'a> {
-    /// A scenario whose work nobody stops.
-    pub fn new(text: &'a str, files: &'a dyn Files, registry: &'a Registry) -> Self {
-        Self { text, files, registry, monitor: Monitor::default() }
-    }
-}
-
-/// What is asked about a scenario.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Question<'a> {
-    /// Outputs; empty: all requirements that have a value there.
-    pub of: &'a [String],
-    /// Keys; empty: those that the scenario's sweep varies, as far as they are numbers.
-    pub by: &'a [String],
-    /// Name of the step at whose end; `None`: the last one.
-    pub step: Option<&'a str>,
-}
-
-/// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Sensitivities {
-    /// Name of the scenario.
-    pub scenario: String,
-    /// Name of the step.
-    pub step: String,
-    /// Number of the increment, from 1.
-    pub increment: usize,
-    /// Whether friction, slip, or parts that remember have a history, which is kept as it is: derivatives are those of
-    /// the last equilibrium, not of the path to it.
-    pub keeps_history: bool,
-    /// The parameters.
-    pub parameters: Vec<Parameter>,
-    /// The outputs.
-    pub outputs: Vec<Output>,
-}
-
-/// A parameter.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Parameter {
-    /// Path to its key.
-    pub key: String,
-    /// Its value, SI.
-    pub value: f64,
-    /// SI unit; empty for pure numbers.
-    pub unit: String,
-    /// Its size, SI: of a component that of the largest number of its list.
-    #[serde(skip)]
-    pub scale: f64,
-}
-
-/// An output with its derivatives.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Output {
-    /// Its name.
-    pub name: String,
-    /// SI unit; empty for pure numbers.
-    pub unit: String,
-    /// Its value at the end of the increment; `None`: there is none.
-    pub value: Option<f64>,
-    /// Remark for users, such as that the worst value over the run is another one.
-    pub remark: Option<String>,
-    /// Its derivatives, in the order of the parameters.
-    pub by: Vec<Derivative>,
-}
-
-/// A derivative, SI.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Derivative {
-    /// Its value; `None` where it is not differentiable.
-    pub value: Option<f64>,
-    /// Where there is no derivative: the derivatives to both sides (towards smaller and larger values of the
-    /// parameter), as far as they are known.
-    pub sides: [Option<f64>; 2],
-    /// Why there is no derivative.
-    pub reason: Option<String>,
-}
-
-/// Reason why there is no answer.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum NoAnswer {
-    /// The scenario has faults.
-    #[error("the scenario has faults")]
-    Faults(Vec<Fault>),
-    /// The question names what the scenario does not have.
-    #[error("{0}")]
-    Question(String),
-    /// The run did not come to the end of a step.
-    #[error("step `{step}` did not converge: {}", .status.word())]
-    NotConverged {
-        /// The step.
-        step: String,
-        /// Its status.
-        status: Status,
-    },
-    /// The equilibrium has no neighbours that derivatives could be taken from.
-    #[error("not differentiable in step `{step}`, increment {increment}: {reason}")]
-    NotDifferentiable {
-        /// The step.
-        step: String,
-        /// Number of the increment, from 1.
-        increment: usize,
-        /// The reason.
-        reason: NotFound,
-    },
-    /// A part of the run failed.
-    #[error("{0}")]
-    Part(PartFault),
-    /// It was stopped.
-    #[error("stopped")]
-    Stopped,
-}
 
 /// A scenario and its run, kept at the ends of its steps, with derivatives at the end of every increment.
 pub struct Study<'a> {
@@ -186,9 +65,13 @@ pub struct Study<'a> {
     steps: Vec<Step>,
     stop: Stop,
     catalogue: Catalogue,
+    /// Changes the requirements of every network that is built of the scenario.
+    requirements: fn(&mut Network),
     driver: InteractiveDriver,
     /// At the start, then at the end of each step, as far as the run came.
     ends: Vec<Ended>,
+    /// Of each of these steps, by number: the increments in which a requirement is at its worst in that step.
+    worst: Vec<BTreeMap<usize, Ended>>,
 }
 
 impl<'a> Study<'a> {
@@ -197,11 +80,19 @@ impl<'a> Study<'a> {
     /// # Errors
     /// Faults of the scenario.
     pub fn new(source: Source<'a>) -> Result<Self, NoAnswer> {
+        Self::with_requirements(source, |_| {})
+    }
+
+    /// The same with a change of the requirements of every network that is built of the scenario.
+    ///
+    /// # Errors
+    /// Faults of the scenario.
+    pub(crate) fn with_requirements(source: Source<'a>, requirements: fn(&mut Network)) -> Result<Self, NoAnswer> {
         let Source { text, files, registry, monitor } = &source;
         let (scenario, built) = crate::load_with_files(text, *files, registry)
             .and_then(|(scenario, built)| crate::mesh::by_accuracy(scenario, built, registry, monitor))
             .map_err(NoAnswer::Faults)?;
-        Ok(Self::of(source, scenario, built))
+        Ok(Self::of(source, scenario, built, requirements))
     }
 
     /// Reads a scenario and gives it the mesh of another one that differs in numbers only, so that results of both can
@@ -211,19 +102,22 @@ impl<'a> Study<'a> {
     /// Faults of the scenario.
     pub fn on_mesh_of(source: Source<'a>, other: &Scenario) -> Result<Self, NoAnswer> {
         let (mut scenario, built) =
-            crate::load_with_files(source.text, source.files, source.registry).map_err(NoAnswer::Faults)?;
+            crate::load_with_files(&source.text, source.files, source.registry).map_err(NoAnswer::Faults)?;
         let changes = scenario.keep_mesh_of(other);
         let built = if changes { scenario.build(source.registry).map_err(NoAnswer::Faults)? } else { built };
-        Ok(Self::of(source, scenario, built))
+        Ok(Self::of(source, scenario, built, |_| {}))
     }
 
-    fn of(source: Source<'a>, scenario: Scenario, built: Built) -> Self {
-        let Built { network, coarse, schedule, minimiser, stop, .. } = built;
+    fn of(source: Source<'a>, scenario: Scenario, built: Built, requirements: fn(&mut Network)) -> Self {
+        let Built { mut network, coarse, schedule, minimiser, stop, .. } = built;
+        requirements(&mut network);
         Self {
+            requirements,
             catalogue: Catalogue::new(&scenario, &network),
             driver: InteractiveDriver::new(minimiser, stop, false, source.monitor.clone()),
             steps: steps_of(&schedule).into_owned(),
             ends: Vec::new(),
+            worst: Vec::new(),
             source,
             scenario,
             network,
@@ -291,7 +185,7 @@ impl<'a> Study<'a> {
             return Err(NoAnswer::Question(message.to_owned()));
         }
         let parameter = |key: &String| {
-            let number = number_at(self.source.text, key, self.source.registry)
+            let number = number_at(&self.source.text, key, self.source.registry)
                 .map_err(|Fault { message, help, .. }| NoAnswer::Question(format!("{message}: {help}")))?;
             Ok(Parameter { key: key.clone(), value: number.value, unit: number.unit, scale: number.scale })
         };
@@ -325,25 +219,45 @@ impl<'a> Study<'a> {
         }
         while self.ends.len() < step + 2 {
             let step = self.ends.len() - 1;
-            let end = self.advance(step, self.steps[step].increments)?;
-            self.ends.push(end);
+            let mut worst = BTreeMap::new();
+            let mut now = self.ends[step].clone();
+            for increment in 1..=self.steps[step].increments {
+                now = self.advance(step, &now)?;
+                let moments: BTreeSet<usize> = now.requirements_of_step.iter().filter_map(worst_in).collect();
+                worst.retain(|increment, _| moments.contains(increment));
+                if moments.contains(&increment) {
+                    worst.insert(increment, now.clone());
+                }
+            }
+            self.ends.push(now);
+            self.worst.push(worst);
         }
         Ok(())
     }
 
-    /// The end of an increment of a step, computed from the beginning of that step; its number is from 1.
-    fn advance(&mut self, step: usize, increment: usize) -> Result<Ended, NoAnswer> {
-        let begin = &self.ends[step];
-        let (step, mut ended) = (&self.steps[step], None);
-        for _ in 0..increment {
-            let from: &Ended = ended.as_ref().unwrap_or(begin);
-            let end = self.driver.advance(&self.network, step, &from.checkpoint).map_err(no_answer)?;
-            if !matches!(end.end.status, Status::Converged | Status::Stalled) {
-                return Err(NoAnswer::NotConverged { step: step.name.clone(), status: end.end.status });
-            }
-            ended = Some(end);
+    /// The end of the next increment of a step.
+    fn advance(&mut self, step: usize, from: &Ended) -> Result<Ended, NoAnswer> {
+        let step = &self.steps[step];
+        let ended = self.driver.advance(&self.network, step, &from.checkpoint).map_err(no_answer)?;
+        if matches!(ended.end.status, Status::Converged | Status::Stalled) {
+            return Ok(ended);
         }
-        Ok(ended.unwrap_or_else(|| begin.clone()))
+        Err(NoAnswer::NotConverged { step: step.name.clone(), status: ended.end.status })
+    }
+
+    /// The end of an increment of a step to whose beginning the run came.
+    fn end_of(&mut self, step: usize, increment: usize) -> Result<Ended, NoAnswer> {
+        if let (Some(end), true) = (self.ends.get(step + 1), increment == self.steps[step].increments) {
+            return Ok(end.clone());
+        }
+        if let Some(kept) = self.worst.get(step).and_then(|worst| worst.get(&increment)) {
+            return Ok(kept.clone());
+        }
+        let mut now = self.ends[step].clone();
+        for _ in 0..increment {
+            now = self.advance(step, &now)?;
+        }
+        Ok(now)
     }
 
     /// Derivatives at the end of an increment of a step to whose beginning the run came: the index of the step, and the
@@ -363,10 +277,7 @@ impl<'a> Study<'a> {
         self.check(of)?;
         let increments = self.steps[step].increments;
         assert!((1..=increments).contains(&increment), "there is no increment {increment}");
-        let ended = match self.ends.get(step + 1) {
-            Some(end) if increment == increments => end.clone(),
-            _ => self.advance(step, increment)?,
-        };
+        let ended = self.end_of(step, increment)?;
         let name = self.steps[step].name.clone();
         if ended.end.status != Status::Converged {
             return Err(NoAnswer::NotConverged { step: name, status: ended.end.status });
@@ -374,6 +285,7 @@ impl<'a> Study<'a> {
         let path = self.ends[..=step].iter().chain([&ended]).map(|end| end.checkpoint.clone()).collect();
         let not_differentiable = |reason| NoAnswer::NotDifferentiable { step: name.clone(), increment, reason };
         let mut own = self.scenario.build(self.source.registry).map_err(NoAnswer::Faults)?;
+        (self.requirements)(&mut own.network);
         let minimiser = own.minimiser.as_mut();
         let fraction = increment as f64 / increments as f64;
         let mut neighbourhood =
@@ -385,8 +297,8 @@ impl<'a> Study<'a> {
         let here = catalogue.measured(&self.scenario, &own.network, here);
         let names = catalogue.names(of, &here)?;
         let outputs: Vec<Asked> = names.iter().map(|name| Asked::new(name, &here, &self.network)).collect();
-        let (source, scenario) = (&self.source, &self.scenario);
-        let mut around = Around { source, scenario, catalogue, neighbourhood, sheet };
+        let (source, scenario, requirements) = (&self.source, &self.scenario, self.requirements);
+        let mut around = Around { source, scenario, catalogue, requirements, neighbourhood, sheet };
         let mut columns = Vec::with_capacity(parameters.len());
         for parameter in parameters {
             columns.push(around.derivatives(parameter, &here, &outputs)?);
@@ -407,6 +319,11 @@ impl<'a> Study<'a> {
             increment,
         })
     }
+}
+
+/// Number of the increment of the worst value of a requirement.
+fn worst_in(line: &RequirementResult) -> Option<usize> {
+    line.moment.as_ref().map(|moment| moment.increment)
 }
 
 /// Why a driver was interrupted.

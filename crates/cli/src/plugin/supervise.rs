@@ -80,6 +80,7 @@ fn with_plugins(command: &Command) -> bool {
         Command::Verify(arguments) => Some(arguments.file.clone()),
         Command::Sensitivities(arguments) => Some(arguments.file.clone()),
         Command::Identify(arguments) => Some(arguments.file.clone()),
+        Command::Optimise(arguments) => Some(arguments.file.clone()),
         Command::Run(arguments) => match &arguments.resume {
             Some(folder) => saved::interrupted(folder).and_then(|folder| Origin::read(&folder)).map(|o| o.file).ok(),
             None => arguments.file.clone(),

@@ -3,6 +3,7 @@
 pub(crate) mod constraints;
 mod harness;
 mod library;
+mod optimise;
 mod requirements;
 mod run;
 mod steps;
@@ -21,6 +22,7 @@ pub(crate) use surroundings::OBSTACLE;
 use super::form::{Form, Keys, may, must};
 use crate::output::OUTPUT;
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
+use optimise::OPTIMISE;
 use run::{INITIAL, MESH, PLUGINS, ROTATION};
 use steps::STEP;
 use surroundings::CONTACT;
@@ -62,5 +64,6 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("requirements", Form::Tables(&REQUIREMENT), "limits that the harness must keep at every increment"),
         may("markers", Form::Tables(&MARKER), "named material points, whose positions every result reports"),
         may("sweep", Form::Table(&SWEEP), "values over which `wireloom sweep` runs the scenario"),
+        may("optimise", Form::Table(&OPTIMISE), "what `wireloom optimise` chooses, and to what end"),
     ],
 };

@@ -12,6 +12,7 @@ use super::loads::load;
 use super::minimiser::minimiser;
 use super::names::Names;
 use super::nearest::place_nearest;
+use super::optimise::optimise;
 use super::reader::Reader;
 use super::requirements::{Named, marker, requirement};
 use super::steps::{Pull, Spin, steps};
@@ -73,6 +74,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let steps = steps(&step_entries, (pull, spin), &mut constraints, &mut names);
     place_nearest(&mut constraints, &loads, &branches);
     let sweep = root.entry("sweep").and_then(|entry| sweep(&entry, &names, &steps));
+    let optimise = root.entry("optimise").and_then(|entry| optimise(&entry));
     let named = Named { names: &names, branches: &branches, constraints: &constraints, steps: &steps, contact };
     let (entries, mut taken) = (root.entries("requirements").into_iter().enumerate(), BTreeMap::new());
     let requirements = entries.filter_map(|(k, entry)| requirement(&entry, k, &named, &mut taken)).collect();
@@ -99,6 +101,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         requirements,
         markers,
         sweep,
+        optimise,
         output,
     };
     (scenario, !names.broken)

@@ -198,7 +198,7 @@ fn axis(key: &str, entry: &Entry<'_>, sampled: bool) -> Option<Axis> {
 }
 
 /// A value of a list, as in the file.
-fn listed(entry: &Entry<'_>, node: &Spanned<DeValue<'_>>) -> Value {
+pub(super) fn listed(entry: &Entry<'_>, node: &Spanned<DeValue<'_>>) -> Value {
     let text = entry.reader.text.get(node.span()).unwrap_or_default().to_owned();
     let number = match node.get_ref() {
         DeValue::Integer(integer) => integer.as_str().parse().ok(),
@@ -210,7 +210,7 @@ fn listed(entry: &Entry<'_>, node: &Spanned<DeValue<'_>>) -> Value {
 }
 
 /// Two numbers of the same unit, in SI.
-fn pair(entry: &Entry<'_>, names: [&str; 2]) -> Option<(String, [f64; 2])> {
+pub(super) fn pair(entry: &Entry<'_>, names: [&str; 2]) -> Option<(String, [f64; 2])> {
     let read = |name: &str| -> Option<(f64, String)> {
         let node = entry.node(name)?;
         let read = match node.get_ref() {

@@ -16,7 +16,7 @@ const NEXT: f64 = 2.0;
 const MOST_PARTS: f64 = 8.0;
 
 /// Margin below which a value without an estimate of its error does not count as kept.
-const NEAR: f64 = 0.05;
+pub const MARGIN_WITHOUT_ERROR: f64 = 0.05;
 
 /// A value of a requirement at one place.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl Worst {
 
     /// Whether it keeps its limit, but is near it and has no estimate of its error.
     fn is_uncertain(&self) -> bool {
-        self.error.is_none() && self.limit != 0.0 && (0.0..NEAR).contains(&self.margin(false))
+        self.error.is_none() && self.limit != 0.0 && (0.0..MARGIN_WITHOUT_ERROR).contains(&self.margin(false))
     }
 }
 
@@ -100,34 +100,24 @@ pub(crate) struct Sheet {
     lines: Vec<Line>,
     /// Step of the last check.
     step: usize,
+    /// The worst values in that step alone.
+    of_step: Vec<Line>,
 }
 
 impl Sheet {
     /// Adds what was `found` for each requirement at an equilibrium of the increment `now`.
     pub fn add(&mut self, requirements: &[Requirement], found: Vec<Vec<Found>>, now: &Moment, here: Here) {
-        self.lines.resize_with(requirements.len(), Line::default);
         if self.step != now.step_index {
             self.step = now.step_index;
             self.lines.iter_mut().for_each(|line| line.recent = [None; 2]);
+            self.of_step.clear();
         }
-        for ((line, requirement), found) in self.lines.iter_mut().zip(requirements).zip(found) {
-            line.checked += usize::from(!found.is_empty());
-            if here == Here::UnstableEnd && !found.is_empty() {
-                line.unstable.get_or_insert_with(|| now.clone());
-            }
-            let mut worst_here: Option<Worst> = None;
-            for found in found {
-                for (bound, limit) in found.limits(requirement) {
-                    let Found { value, error, place, .. } = found.clone();
-                    let worst = Worst { value, limit, bound, error, moment: now.clone(), place };
-                    keep(&mut line.worst, &worst, false);
-                    keep(&mut line.doubted, &worst, true);
-                    keep(&mut worst_here, &worst, false);
-                }
-            }
-            if here != Here::OnTheWay {
-                line.recent = [line.recent[1], worst_here.map(|worst| (worst.value, worst.limit))];
-            }
+        self.lines.resize_with(requirements.len(), Line::default);
+        self.of_step.resize_with(requirements.len(), Line::default);
+        let lines = self.lines.iter_mut().zip(&mut self.of_step);
+        for (((line, of_step), requirement), found) in lines.zip(requirements).zip(found) {
+            of_step.add(requirement, &found, now, here);
+            line.add(requirement, &found, now, here);
         }
     }
 
@@ -152,39 +142,74 @@ impl Sheet {
 
     /// The lines of the sheet, at the end of a run with this status.
     pub fn lines(&self, network: &Network, status: Status) -> Vec<RequirementResult> {
-        let none = Line::default();
-        let requirements = network.requirements.iter().enumerate();
-        requirements
-            .map(|(k, requirement)| {
-                let line = self.line(requirement, self.lines.get(k).unwrap_or(&none), status);
-                let remark = cable_alone(network, requirement).filter(|_| line.worst.is_some());
-                RequirementResult { reason: line.reason.or(remark), ..line }
-            })
-            .collect()
+        results(&self.lines, network, status)
     }
 
-    fn line(&self, requirement: &Requirement, line: &Line, status: Status) -> RequirementResult {
-        let failed = line.worst.as_ref().is_some_and(|worst| worst.margin(false) < 0.0);
-        let doubted = line.doubted.as_ref().filter(|doubted| !failed && doubted.margin(true) < 0.0);
+    /// The same for the step of the last check alone.
+    pub fn lines_of_step(&self, network: &Network, status: Status) -> Vec<RequirementResult> {
+        results(&self.of_step, network, status)
+    }
+}
+
+fn results(lines: &[Line], network: &Network, status: Status) -> Vec<RequirementResult> {
+    let none = Line::default();
+    let requirements = network.requirements.iter().enumerate();
+    requirements
+        .map(|(k, requirement)| {
+            let line = lines.get(k).unwrap_or(&none).result(requirement, status);
+            let remark = cable_alone(network, requirement).filter(|_| line.worst.is_some());
+            RequirementResult { reason: line.reason.or(remark), ..line }
+        })
+        .collect()
+}
+
+impl Line {
+    /// Adds what was found at an equilibrium.
+    fn add(&mut self, requirement: &Requirement, found: &[Found], now: &Moment, here: Here) {
+        self.checked += usize::from(!found.is_empty());
+        if here == Here::UnstableEnd && !found.is_empty() {
+            self.unstable.get_or_insert_with(|| now.clone());
+        }
+        let mut worst_here: Option<Worst> = None;
+        for found in found {
+            for (bound, limit) in found.limits(requirement) {
+                let Found { value, error, place, .. } = found.clone();
+                let worst = Worst { value, limit, bound, error, moment: now.clone(), place };
+                keep(&mut self.worst, &worst, false);
+                keep(&mut self.doubted, &worst, true);
+                keep(&mut worst_here, &worst, false);
+            }
+        }
+        if here != Here::OnTheWay {
+            self.recent = [self.recent[1], worst_here.map(|worst| (worst.value, worst.limit))];
+        }
+    }
+
+    fn result(&self, requirement: &Requirement, status: Status) -> RequirementResult {
+        let failed = self.worst.as_ref().is_some_and(|worst| worst.margin(false) < 0.0);
+        let doubted = self.doubted.as_ref().filter(|doubted| !failed && doubted.margin(true) < 0.0);
         let (verdict, reason) = if failed {
             (Verdict::Fail, None)
         } else if status != Status::Converged {
             (Verdict::Unresolved, Some(format!("the run did not come to its end: {}", status.word())))
-        } else if line.checked == 0 {
+        } else if self.checked == 0 {
             (Verdict::NotChecked, Some(why_not_checked(requirement)))
-        } else if let Some(moment) = &line.unstable {
+        } else if let Some(moment) = &self.unstable {
             let Moment { step, increment, .. } = moment;
             let why = format!("the equilibrium of step `{step}`, increment {increment}, is not stable");
             (Verdict::Unresolved, Some(why))
         } else if doubted.is_some() {
             (Verdict::Unresolved, Some("the discretisation error reaches over the limit".to_owned()))
-        } else if line.worst.as_ref().is_some_and(Worst::is_uncertain) {
-            let why = format!("its discretisation error is not known, and it is within {} % of its limit", 1e2 * NEAR);
+        } else if self.worst.as_ref().is_some_and(Worst::is_uncertain) {
+            let why = format!(
+                "its discretisation error is not known, and it is within {} % of its limit",
+                1e2 * MARGIN_WITHOUT_ERROR
+            );
             (Verdict::Unresolved, Some(why))
         } else {
             (Verdict::Pass, None)
         };
-        let shown = doubted.or(line.worst.as_ref());
+        let shown = doubted.or(self.worst.as_ref());
         let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
         let first = limits.into_iter().find_map(|(bound, limit)| Some((limit?, bound)));
         let (limit, bound) = shown.map(|worst| (worst.limit, worst.bound)).or(first).unwrap_or((0.0, Bound::Max));
@@ -264,7 +289,7 @@ mod tests {
             let found = Found { value, error, limit: None, place: EventPlace::default() };
             let now = Moment { step: "push".to_owned(), step_index: 0, increment: 1 };
             sheet.add(std::slice::from_ref(&requirement), vec![vec![found]], &now, Here::End);
-            let line = sheet.line(&requirement, &sheet.lines[0], Status::Converged);
+            let line = sheet.lines[0].result(&requirement, Status::Converged);
             assert_eq!(line.reason.is_some(), line.verdict == Verdict::Unresolved, "{:?}", line.reason);
             line.verdict
         };

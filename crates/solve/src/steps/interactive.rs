@@ -33,6 +33,8 @@ pub struct Ended {
     /// the last one did not converge. At the start that of the initial equilibrium, which belongs to no step and does
     /// not count further on.
     pub requirements: Vec<RequirementResult>,
+    /// The same over the increments of this step alone.
+    pub requirements_of_step: Vec<RequirementResult>,
     /// Estimated discretisation errors of this result, by branch.
     pub errors: Vec<NodalErrors>,
 }
@@ -132,7 +134,7 @@ impl InteractiveDriver {
         driver.starting = false;
         driver.minimiser.forget();
         let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
-        Ok(Ended { end, checkpoint, requirements, errors: driver.errors })
+        Ok(Ended { end, checkpoint, requirements_of_step: requirements.clone(), requirements, errors: driver.errors })
     }
 
     /// Finds the initial equilibrium near that of a similar harness `other`, `start`; `None` if there is none nearby.
@@ -152,7 +154,8 @@ impl InteractiveDriver {
         let requirements = driver.check_start(&mut end);
         let balanced = end.status == Status::Converged && !driver.is_over();
         let errors = driver.errors;
-        balanced.then_some(Ended { end, checkpoint, requirements, errors })
+        let requirements_of_step = requirements.clone();
+        balanced.then_some(Ended { end, checkpoint, requirements_of_step, requirements, errors })
     }
 
     /// Runs the next increment of a step; after the last one the checkpoint is at the beginning of the next step.
@@ -206,10 +209,11 @@ impl InteractiveDriver {
             Checkpoint { notes, ..driver.snapshot((index, increment), plan, spent + clock.elapsed().as_secs_f64()) };
         let status = end.as_ref().map_or(Status::Interrupted, |end| end.status);
         let requirements = driver.log.sheet.lines(network, status);
+        let requirements_of_step = driver.log.sheet.lines_of_step(network, status);
         let (certifier, errors) = (driver.certifier, driver.errors);
         self.certifier = Some((network.id, certifier));
         let checkpoint = if last { checkpoint.with_step_ended() } else { checkpoint };
-        end.map(|end| Ended { end, checkpoint, requirements, errors })
+        end.map(|end| Ended { end, checkpoint, requirements, requirements_of_step, errors })
     }
 
     /// Ends an open step at its newest increment: what holds at the end of a step is checked there. Returns the

@@ -55,7 +55,7 @@ impl Harness<'_> {
     /// # Errors
     /// If a value cannot be written.
     pub fn text(&self, theta: &DVector<f64>) -> Result<String, String> {
-        let mut text = self.source.text.to_owned();
+        let mut text = self.source.text.to_string();
         for (unknown, theta) in self.unknowns.iter().zip(theta) {
             let value = Value::Number(unknown.value(*theta));
             text = with_value(&text, &unknown.key, &value, self.source.registry).map_err(|fault| fault.message)?;
@@ -77,10 +77,10 @@ impl Harness<'_> {
         self.work.solves += 1;
         let last = self.points.iter().map(|point| point.step).max().unwrap_or(0);
         // The lifetimes of files and registry are longer than that of the text.
-        let source = Source { text, files, registry, monitor };
+        let source = Source { text: text.into(), files, registry, monitor };
         let begun = Study::on_mesh_of(source.clone(), self.mesh).map(|mut study| {
             if let Some((text, start)) = &self.reference {
-                let other = Study::on_mesh_of(Source { text, ..source }, self.mesh);
+                let other = Study::on_mesh_of(Source { text: text.into(), ..source }, self.mesh);
                 other.iter().for_each(|other| study.start_near(other.network(), start));
             }
             study

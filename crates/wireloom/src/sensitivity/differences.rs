@@ -1,8 +1,8 @@
 //! Differences of outputs at two equilibria nearby, one for a smaller and one for a larger value of a parameter.
 
+use super::answer::{Derivative, NoAnswer, Parameter, Source};
 use super::outputs::{Asked, Catalogue, Measured};
-use super::{Derivative, NoAnswer, Parameter, Source};
-use wireloom_core::EventPlace;
+use wireloom_core::{EventPlace, Network};
 use wireloom_scenario::{Scenario, Setting};
 use wireloom_solve::steps::nearby::Neighbourhood;
 
@@ -40,6 +40,8 @@ pub(super) struct Around<'a, 'n> {
     pub source: &'a Source<'a>,
     pub scenario: &'a Scenario,
     pub catalogue: &'a Catalogue,
+    /// Changes the requirements of every network that is built of the scenario.
+    pub requirements: fn(&mut Network),
     pub neighbourhood: Neighbourhood<'n>,
     /// Whether requirements are asked for.
     pub sheet: bool,
@@ -135,6 +137,7 @@ impl Around<'_, '_> {
                 return Ok(Err(format!("{value} is refused: {first}")));
             }
         };
+        (self.requirements)(&mut built.network);
         let found = self.neighbourhood.find(&built.network, &built.schedule, built.minimiser.as_mut(), self.sheet);
         Ok(match found {
             Ok(near) => Ok(self.catalogue.measured(&scenario, &built.network, near)),

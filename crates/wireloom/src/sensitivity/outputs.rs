@@ -1,6 +1,6 @@
 //! Outputs of a harness at one equilibrium.
 
-use super::NoAnswer;
+use super::answer::NoAnswer;
 use wireloom_core::equilibrium::{Outcome, Run, StepResult};
 use wireloom_core::network::Branch;
 use wireloom_core::requirement::{Measure, Origin, RequirementResult};

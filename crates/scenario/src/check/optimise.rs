@@ -1,0 +1,92 @@
+//! Optimisations: keys that cannot be varied, ranges that exclude their start, and unknown requirements are refused.
+
+use crate::edit::number::number_at;
+use crate::edit::record;
+use crate::fault::{Fault, did_you_mean};
+use crate::optimise::{Choice, Minimised, Optimise, Variable};
+use crate::settings::Setting;
+use crate::sweep::Value;
+use wireloom_core::{Network, Registry};
+
+/// Largest number of combinations of choices.
+const MAX_COMBINATIONS: usize = 10_000;
+/// Distance from its range, relative to it, at which a value of the file is still in it: round-off of units.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Refuses what an optimisation cannot vary or minimise.
+pub(crate) fn refuse(optimise: &Optimise, text: &str, network: &Network, registry: &Registry) -> Vec<Fault> {
+    let variables = optimise.variables.iter().filter_map(|variable| {
+        let fault = |message: String, help: String| Some(Fault { span: variable.span.clone(), message, help });
+        let key = &variable.key;
+        let (from, to) = match &variable.choice {
+            Choice::Between { from, to, .. } => (*from, *to),
+            Choice::Values(_) => {
+                let Fault { message, help, .. } = record::value_at(text, key).err()?;
+                return fault(message, help);
+            }
+        };
+        let number = match number_at(text, key, registry) {
+            Ok(number) => number,
+            Err(Fault { message, help, .. }) => return fault(message, help),
+        };
+        let room = ROUND_OFF * (to - from);
+        if !(from - room..=to + room).contains(&number.value) {
+            let own = format!("{} {}", number.value, number.unit);
+            let message = format!("the range of `{key}` excludes its own value, {}", own.trim_end());
+            let help = format!("the file's own value is the first start: it must lie between {from} and {to} (SI)");
+            return fault(message, help);
+        }
+        None
+    });
+    let terms = optimise.terms.iter().filter_map(|term| {
+        let Minimised::Requirement(name) = &term.of else { return None };
+        if network.requirements.iter().any(|requirement| requirement.name == *name) {
+            return None;
+        }
+        let known = ["length", "mass", "worst margin"].into_iter();
+        let known = known.chain(network.requirements.iter().map(|requirement| requirement.name.as_str()));
+        let message = format!("there is no requirement `{name}` to minimise");
+        Some(Fault { span: term.span.clone(), message, help: did_you_mean(name, known) })
+    });
+    let counts = optimise.variables.iter().map(|variable| match &variable.choice {
+        Choice::Values(values) => values.len(),
+        Choice::Between { .. } => 1,
+    });
+    let combinations = counts.fold(1_usize, usize::saturating_mul);
+    let many = (combinations > MAX_COMBINATIONS).then(|| Fault {
+        span: optimise.span.clone(),
+        message: format!("its lists of values have {combinations} combinations"),
+        help: format!("at most {MAX_COMBINATIONS} are possible"),
+    });
+    variables.chain(terms).chain(many).collect()
+}
+
+/// Values to try before the work begins, so that the reader finds mistakes: every choice, and for every range the
+/// file's own value in the unit of the range.
+pub(crate) fn trials<'o>(
+    optimise: &'o Optimise,
+    text: &str,
+    registry: &Registry,
+) -> impl Iterator<Item = (&'o Variable, Setting)> {
+    let all = optimise.variables.iter().flat_map(|variable| {
+        let values = match &variable.choice {
+            Choice::Values(values) => values.clone(),
+            Choice::Between { unit, .. } => {
+                let own = number_at(text, &variable.key, registry).ok();
+                own.map(|own| Value::number(own.value, unit)).into_iter().collect()
+            }
+        };
+        values.into_iter().map(move |value| (variable, Setting::new(&variable.key, &value.text)))
+    });
+    all.collect::<Vec<_>>().into_iter()
+}
+
+/// Faults of a trial, at the place of its key in the optimisation.
+pub(crate) fn placed(variable: &Variable, trial: &Setting, faults: Vec<Fault>) -> Vec<Fault> {
+    let place = |fault: Fault| Fault {
+        span: variable.span.clone(),
+        message: format!("with `{}` = {}: {}", variable.key, trial.value, fault.message),
+        help: fault.help,
+    };
+    faults.into_iter().take(1).map(place).collect()
+}

@@ -1,0 +1,133 @@
+//! Question about the derivatives of a scenario, and its answer.
+
+use serde::Serialize;
+use std::borrow::Cow;
+use wireloom_core::equilibrium::PartFault;
+use wireloom_core::{Monitor, Registry, Status};
+use wireloom_scenario::{Fault, Files};
+use wireloom_solve::steps::nearby::NotFound;
+
+/// A scenario as text.
+#[derive(Clone)]
+pub struct Source<'a> {
+    /// Its text.
+    pub text: Cow<'a, str>,
+    /// The files it names.
+    pub files: &'a dyn Files,
+    /// The kinds.
+    pub registry: &'a Registry,
+    /// Monitor that may stop the work.
+    pub monitor: Monitor,
+}
+
+impl<'a> Source<'a> {
+    /// A scenario whose work nobody stops.
+    pub fn new(text: impl Into<Cow<'a, str>>, files: &'a dyn Files, registry: &'a Registry) -> Self {
+        Self { text: text.into(), files, registry, monitor: Monitor::default() }
+    }
+}
+
+/// What is asked about a scenario.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Question<'a> {
+    /// Outputs; empty: all requirements that have a value there.
+    pub of: &'a [String],
+    /// Keys; empty: those that the scenario's sweep varies, as far as they are numbers.
+    pub by: &'a [String],
+    /// Name of the step at whose end; `None`: the last one.
+    pub step: Option<&'a str>,
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sensitivities {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Name of the step.
+    pub step: String,
+    /// Number of the increment, from 1.
+    pub increment: usize,
+    /// Whether friction, slip, or parts that remember have a history, which is kept as it is: derivatives are those of
+    /// the last equilibrium, not of the path to it.
+    pub keeps_history: bool,
+    /// The parameters.
+    pub parameters: Vec<Parameter>,
+    /// The outputs.
+    pub outputs: Vec<Output>,
+}
+
+/// A parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Path to its key.
+    pub key: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// SI unit; empty for pure numbers.
+    pub unit: String,
+    /// Its size, SI: of a component that of the largest number of its list.
+    #[serde(skip)]
+    pub scale: f64,
+}
+
+/// An output with its derivatives.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// SI unit; empty for pure numbers.
+    pub unit: String,
+    /// Its value at the end of the increment; `None`: there is none.
+    pub value: Option<f64>,
+    /// Remark for users, such as that the worst value over the run is another one.
+    pub remark: Option<String>,
+    /// Its derivatives, in the order of the parameters.
+    pub by: Vec<Derivative>,
+}
+
+/// A derivative, SI.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Derivative {
+    /// Its value; `None` where it is not differentiable.
+    pub value: Option<f64>,
+    /// Where there is no derivative: the derivatives to both sides (towards smaller and larger values of the
+    /// parameter), as far as they are known.
+    pub sides: [Option<f64>; 2],
+    /// Why there is no derivative.
+    pub reason: Option<String>,
+}
+
+/// Reason why there is no answer.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum NoAnswer {
+    /// The scenario has faults.
+    #[error("the scenario has faults")]
+    Faults(Vec<Fault>),
+    /// The question names what the scenario does not have.
+    #[error("{0}")]
+    Question(String),
+    /// The run did not come to the end of a step.
+    #[error("step `{step}` did not converge: {}", .status.word())]
+    NotConverged {
+        /// The step.
+        step: String,
+        /// Its status.
+        status: Status,
+    },
+    /// The equilibrium has no neighbours that derivatives could be taken from.
+    #[error("not differentiable in step `{step}`, increment {increment}: {reason}")]
+    NotDifferentiable {
+        /// The step.
+        step: String,
+        /// Number of the increment, from 1.
+        increment: usize,
+        /// The reason.
+        reason: NotFound,
+    },
+    /// A part of the run failed.
+    #[error("{0}")]
+    Part(PartFault),
+    /// It was stopped.
+    #[error("stopped")]
+    Stopped,
+}
