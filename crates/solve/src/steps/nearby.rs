@@ -12,9 +12,9 @@
 //!
 //! **What is kept.** The path to the equilibrium is not computed again. Its history is that of the reference: memories
 //! of rods and constraints, anchors of friction, contact points, which constraints slip, and which ones still act.
-//! Targets, gravity, rotation, loads, temperatures and poses of bodies are those that the steps of the changed scenario
-//! lead to ([`Neighbourhood::find`] walks through its plans). Where a step begins with a constraint that takes the cable
-//! where it is, the equilibrium at the beginning of that step is found in the same way first.
+//! Targets, gravity, rotation, loads, temperatures and poses of bodies are those that the steps of the changed
+//! scenario lead to ([`Neighbourhood::find`] walks through its plans). Where a step begins with a constraint that takes
+//! the cable where it is, the equilibrium at the beginning of that step is found in the same way first.
 
 use crate::contact::multipliers::{self, ContactHistory};
 use crate::report::clearance::Cables;
