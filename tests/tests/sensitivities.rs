@@ -94,7 +94,10 @@ fn of_loads_without_a_potential() {
     let by = ["loads.push.force.0", "sections.steel.bending_stiffness", "branches.rod.length"];
     holds("analytic/follower_roll.toml", &["energy.total", "force.wall", "moment_y.wall"], &by);
     let by = ["loads.river.flow.velocity.1", "loads.river.flow.density", "branches.cable.length"];
-    holds("analytic/wind.toml", &["energy.total", "force.mast"], &by);
+    // The forces of this cable come from an axial stiffness of 1e6 N: their rounding errors are some 1e-10 N.
+    let of = ["energy.total", "force.mast"];
+    let (error, what) = largest_error(&scenario("analytic/wind.toml"), &wireloom::registry(), &of, &by, read);
+    assert!(error <= 1e-5, "{error:e}, {what}");
 }
 
 /// The force of a clamped cable is `EA α ΔT`, exactly.

@@ -342,6 +342,9 @@ impl<'n> Kept<'n> {
         match inspection.stability {
             Stability::Stable => {}
             Stability::Neutral if inspection.is_uncertain => {}
+            // The Hessian lacks what has no potential, and alone says nothing.
+            _ if !problem.has_potential() && !problem.has_slides() && !inspector.diverges(problem, state, gradient) => {
+            }
             Stability::Neutral => return Err(NotFound::Neutral),
             Stability::Unstable => return Err(NotFound::Unstable),
         }
