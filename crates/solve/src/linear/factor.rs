@@ -13,7 +13,7 @@ use wireloom_core::{Matrix, Vector};
 
 /// `(P⁻¹, negative pivots)` of a symmetric 3 × 3 block, through `P = L D Lᵀ`.
 #[inline(always)]
-fn invert(p: &Matrix) -> (Matrix, u32) {
+pub fn invert(p: &Matrix) -> (Matrix, u32) {
     let (a11, a21, a31) = (p[(0, 0)], p[(1, 0)], p[(2, 0)]);
     let (a22, a32, a33) = (p[(1, 1)], p[(2, 1)], p[(2, 2)]);
     let i1 = 1.0 / a11;

@@ -12,7 +12,7 @@ use wireloom_core::variable::Variable;
 /// a joint by tie t of the network.
 pub const TIED: u32 = 1 << 31;
 
-/// Position of a frame where only points are variables.
+/// Position of what is not a variable: frames, and points that are no anchors, in [`Structure::of_points`].
 const ABSENT: u32 = u32::MAX;
 
 /// Structures that each thread keeps: those of the Hessian, of its points, and of both on a coarse mesh.
@@ -118,23 +118,27 @@ impl Structure {
         Self::of(Graph { variables, of_point, of_frame, neighbours, shared: network.is_shared() })
     }
 
-    /// Structure of the second derivatives with respect to the points only; `touching` as in [`Self::new`].
-    pub fn of_points(network: &Network, touching: &[Vec<Variable>]) -> Self {
-        let mut of_point = vec![0; network.points];
+    /// Structure of the second derivatives with respect to the points that are `anchors`; those that follow each other
+    /// along a branch are coupled. `touching` as in [`Self::new`].
+    pub fn of_points(network: &Network, touching: &[Vec<Variable>], anchors: &[bool]) -> Self {
+        let mut own = anchors.to_vec();
         for tie in &network.ties {
-            of_point[tie.point] = ABSENT;
+            own[tie.point] = false;
         }
-        let own = of_point.iter().enumerate().filter(|(_, place)| **place != ABSENT);
-        let variables: Vec<Variable> = own.map(|(i, _)| Variable::Point(i)).collect();
+        let points = own.iter().enumerate().filter(|(_, own)| **own);
+        let variables: Vec<Variable> = points.map(|(i, _)| Variable::Point(i)).collect();
+        let mut of_point = vec![ABSENT; network.points];
         number(&variables, &mut of_point, &mut []);
         for tie in &network.ties {
             of_point[tie.point] = of_point[tie.hub_point];
         }
         let mut graph = vec![Vec::new(); variables.len()];
         for branch in &network.branches {
-            for ends in of_point[branch.points.clone()].windows(2).filter(|ends| ends[0] != ends[1]) {
-                graph[ends[0] as usize].push(ends[1]);
-                graph[ends[1] as usize].push(ends[0]);
+            let places = of_point[branch.points.clone()].iter().copied();
+            let places: Vec<u32> = places.filter(|place| *place != ABSENT).collect();
+            for [a, b] in places.array_windows().filter(|[a, b]| a != b) {
+                graph[*a as usize].push(*b);
+                graph[*b as usize].push(*a);
             }
         }
         for constraint in &network.constraints {
