@@ -530,6 +530,8 @@ fn does_not_identify() -> Checked {
     refused(&["branches.cable.lenght"], "there is no `lenght`")?;
     refused(&["--bounds", &format!("{stiffness}=0.02,0.03")], "exclude its start")?;
     refused(&["--bounds", stiffness], "write --bounds KEY=MIN,MAX")?;
+    refused(&["--bounds", &format!("{stiffness}=1 N m,2 N m")], "`1 N m` is a moment, not a bending stiffness")?;
+    refused(&["--bounds", &format!("{stiffness}=20000 N mm^2,30000 N mm^2")], "exclude its start")?;
     refused(&["--noise=-1"], "must be above 0 m")?;
     place.file("hanging.csv", "configuration,marker,x,y,z\nwide,m9,0.1,0,0\nwide,m1,100,0,0\n")?;
     refused(&[], "no marker `m9`")?;

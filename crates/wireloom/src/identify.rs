@@ -10,7 +10,7 @@
 //! let registry = wireloom::registry();
 //! let fit = ["sections.cable.bending_stiffness".to_owned()];
 //! let wishes = Wishes { fit: &fit, ..Wishes::default() };
-//! let request = Request { table: &table, wishes, noise: None };
+//! let request = Request { tables: &[&table], wishes, noise: None };
 //! let found = identify(Source::new(&text, &NoFiles, &registry), &request).expect("it can be carried out");
 //! let stiffness = &found.parameters[0];
 //! println!("{:?} ± {:?} {}", stiffness.value, stiffness.deviation, stiffness.unit);
@@ -19,8 +19,9 @@
 //! ```
 //!
 //! A table has a line for each measured point: `configuration, marker, x, y, z` (m). A configuration is the end of the
-//! step of that name; of a scenario with one step, that step. A marker is one of `[[markers]]`, or a joint. Markers may
-//! be missing in some configurations, and an empty cell is a coordinate that was not measured.
+//! step of that name; of a scenario with one step, that step. A marker is one of `[[markers]]`, a joint or a free end;
+//! instead of it the columns `branch, s` name a place by its arc length (m). Markers may be missing in some
+//! configurations, and an empty cell is a coordinate that was not measured. All tables together are one fit.
 //!
 //! # Method
 //!
@@ -32,6 +33,10 @@
 //! noise of one coordinate is estimated from the residuals, unless it is given. Numbers that are positive (stiffness,
 //! length, mass) are fitted by their logarithm. Before the first step, stiffness is also tried at a third, a tenth,
 //! three times and ten times its start.
+//!
+//! Where a harness has several equilibria, the points tell which one was measured: branches without a `path` are also
+//! tried with one through the points of the first measured step. If that comes nearer to the points, it is part of the
+//! fitted scenario ([`Identified::drawn`]).
 //!
 //! # Priors
 //!
@@ -55,13 +60,14 @@
 //! points beside each other are correlated, the model misses something that noise does not explain: deviations are then
 //! larger by √((1 + ρ)/(1 − ρ)).
 
+mod drawn;
 mod harness;
 mod least_squares;
 mod points;
 mod statistics;
 mod unknowns;
 
-pub use points::{COLUMNS, MeasuredPoint};
+pub use points::{COLUMNS, MeasuredPlace, MeasuredPoint, PLACE};
 pub use unknowns::{Knowledge, Unknown, Wishes};
 
 use crate::sensitivity::{NoAnswer, Source, Study};
@@ -72,7 +78,9 @@ use serde::Serialize;
 use statistics::Statistics;
 use wireloom_core::equilibrium::PartFault;
 use wireloom_core::{Network, Status, StepResult, Vector};
-use wireloom_scenario::Fault;
+use wireloom_scenario::record::{self, Attachment};
+use wireloom_scenario::{Built, Fault, Scenario};
+use wireloom_solve::steps::steps_of;
 
 /// Deviation, relative to a value or to the scale of an unknown, from which on it is not identifiable.
 pub const NOT_IDENTIFIABLE: f64 = 0.3;
@@ -90,14 +98,17 @@ const ACCURACY: f64 = 1e-7;
 const SAME: f64 = 1e3;
 /// Largest step of an unknown in one iteration: a factor of ten.
 const LARGEST_STEP: f64 = std::f64::consts::LN_10;
+/// Sum of the distances of the points from a drawn start, relative to that from the scenario's own, below which they are
+/// other equilibria.
+const NEARER: f64 = 0.9;
 /// Correlation of two unknowns from which on they are named together.
 const TOGETHER: f64 = 0.9;
 
 /// What is to be identified from what.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Request<'a> {
-    /// Table of measured points.
-    pub table: &'a str,
+    /// Tables of measured points.
+    pub tables: &'a [&'a str],
     /// Unknowns, with what is known of them.
     pub wishes: Wishes<'a>,
     /// Standard deviation of a measured coordinate, m; `None`: it is estimated.
@@ -110,9 +121,9 @@ pub enum NoFit {
     /// The scenario has faults.
     #[error("the scenario has faults")]
     Faults(Vec<Fault>),
-    /// The table of points has faults.
-    #[error("the table of measured points has faults")]
-    Table(Vec<Fault>),
+    /// A table of points has faults: its index, and the faults.
+    #[error("a table of measured points has faults")]
+    Table(usize, Vec<Fault>),
     /// What was asked cannot be answered.
     #[error("{0}")]
     Question(String),
@@ -176,6 +187,9 @@ pub struct Identified {
     pub derivatives_by_runs: usize,
     /// Those among them that could not be computed.
     pub derivatives_missing: usize,
+    /// Branches whose start is drawn through the measured points: from the scenario's own start it comes to other
+    /// equilibria, farther from the points, or to none.
+    pub drawn: Vec<String>,
     /// Number of measured coordinates.
     pub coordinates: usize,
     /// Standard deviation of one coordinate, m: of the residuals, or the given one if that is larger.
@@ -285,12 +299,14 @@ impl Identified {
 /// # Errors
 /// Faults of the scenario or the table, a question that cannot be answered, or no equilibrium to begin with.
 pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified, NoFit> {
-    let first = Study::new(source.clone()).map_err(no_fit)?;
+    let loaded = crate::load_with_files(&source.text, source.files, source.registry).map_err(NoFit::Faults)?;
+    let points = read_points(request, &loaded.0, &loaded.1)?;
+    let text = with_places(&source.text, &points).map_err(|fault| NoFit::Faults(vec![fault]))?;
+    let first = Study::new(Source { text: text.into(), ..source.clone() }).map_err(no_fit)?;
     let scenario = first.scenario();
     let (unknowns, text) =
-        unknowns::unknowns(&source.text, scenario, source.registry, request.wishes).map_err(NoFit::Question)?;
+        unknowns::unknowns(first.text(), scenario, source.registry, request.wishes).map_err(NoFit::Question)?;
     let smooth = unknowns::smoothness(&unknowns, request.wishes.smooth).map_err(NoFit::Question)?;
-    let points = read_points(request, &first)?;
     let coordinates: usize = points.iter().map(MeasuredPoint::coordinates).sum();
     if coordinates < unknowns.len() {
         let counts = format!("{coordinates} measured coordinates for {} parameters", unknowns.len());
@@ -304,6 +320,7 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
         points: &points,
         smooth,
     };
+    let through_points = drawn::drawn(&text, scenario, &first.network().markers, &points, source.registry);
     let source = Source { text: text.into(), ..source };
     let mut harness = Harness {
         source,
@@ -315,28 +332,77 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
         failure: None,
     };
     let start = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|own| own.theta(own.start)));
+    let drawn = match through_points {
+        Some((text, names)) => {
+            let comes_nearer = from_drawn_start(&fit.problem, &start, &mut harness, text);
+            if comes_nearer.map_err(|Stopped| NoFit::Stopped)? { names } else { Vec::new() }
+        }
+        None => Vec::new(),
+    };
     let minimum = least_squares::minimise(&fit.problem, &start, &mut harness).map_err(|Stopped| NoFit::Stopped)?;
     let Some(mut minimum) = minimum else {
         let reason = harness.failure.unwrap_or_default();
         return Err(NoFit::NoStart { reason, solves: harness.work.solves });
     };
     let names: Vec<String> = first.steps().iter().map(|step| step.name.clone()).collect();
-    fit.answer(&mut minimum, &mut harness, &scenario.name, &names)
+    let found = fit.answer(&mut minimum, &mut harness, &scenario.name, &names)?;
+    Ok(Identified { drawn, ..found })
 }
 
 /// Reads the points, with what the scenario has.
-fn read_points(request: &Request<'_>, study: &Study<'_>) -> Result<Vec<MeasuredPoint>, NoFit> {
+fn read_points(request: &Request<'_>, scenario: &Scenario, built: &Built) -> Result<Vec<MeasuredPoint>, NoFit> {
     if request.noise.is_some_and(|noise| !(noise.is_finite() && noise > 0.0)) {
         return Err(NoFit::Question("the noise of the measured coordinates must be above 0 m".to_owned()));
     }
-    let network = study.network();
-    let steps: Vec<String> = study.steps().iter().map(|step| step.name.clone()).collect();
+    let network = &built.network;
+    let steps: Vec<String> = steps_of(&built.schedule).iter().map(|step| step.name.clone()).collect();
     let markers = network.markers.iter().map(|marker| marker.name.clone());
     let markers: Vec<String> = markers.chain(network.joints.iter().map(|joint| joint.name.clone())).collect();
+    let vertices = scenario.branches.iter().flat_map(|branch| branch.vertices.iter());
+    let ends: Vec<String> = vertices.filter(|name| !markers.contains(name)).cloned().collect();
+    let branches: Vec<(String, f64)> =
+        scenario.branches.iter().map(|branch| (branch.name.clone(), branch.length)).collect();
     let held = network.constraints.iter().filter_map(|constraint| constraint.position).map(|x| x.norm());
-    let total: f64 = study.scenario().branches.iter().map(|branch| branch.length).sum();
-    let reach = total + held.fold(0.0, f64::max);
-    points::read(request.table, points::Names { steps: &steps, markers: &markers, reach }).map_err(NoFit::Table)
+    let reach = branches.iter().map(|(_, length)| length).sum::<f64>() + held.fold(0.0, f64::max);
+    let names = points::Names { steps: &steps, markers: &markers, ends: &ends, branches: &branches, reach };
+    let mut all = Vec::new();
+    for (k, table) in request.tables.iter().enumerate() {
+        all.extend(points::read(table, names).map_err(|faults| NoFit::Table(k, faults))?);
+    }
+    Ok(all)
+}
+
+/// The text with a marker at each measured place that has none.
+fn with_places(text: &str, points: &[MeasuredPoint]) -> Result<String, Fault> {
+    let mut further: Vec<(String, Attachment)> = Vec::new();
+    for point in points {
+        let at = match &point.place {
+            MeasuredPlace::Named => continue,
+            MeasuredPlace::End => Attachment::End(point.marker.clone()),
+            MeasuredPlace::Along(branch, s) => Attachment::Branch(branch.clone(), *s),
+        };
+        if further.iter().all(|(name, _)| *name != point.marker) {
+            further.push((point.marker.clone(), at));
+        }
+    }
+    if further.is_empty() { Ok(text.to_owned()) } else { record::with_markers(text, &further) }
+}
+
+/// Gives the harness the text with a drawn start if one of the starts of the fit comes nearer to the points from it.
+fn from_drawn_start(
+    problem: &Problem,
+    start: &DVector<f64>,
+    harness: &mut Harness<'_>,
+    text: String,
+) -> Result<bool, Stopped> {
+    let own = least_squares::least_distance(problem, start, harness)?;
+    let undrawn = std::mem::replace(&mut harness.source.text, text.into());
+    let from_drawn = least_squares::least_distance(problem, start, harness)?;
+    let nearer = from_drawn < NEARER * own;
+    if !nearer {
+        harness.source.text = undrawn;
+    }
+    Ok(nearer)
 }
 
 fn problem(
@@ -455,6 +521,7 @@ impl Fit<'_> {
             text: harness.text(&at.theta).map_err(NoFit::Question)?,
             status,
             parameters,
+            drawn: Vec::new(),
             configurations,
             ends,
         })

@@ -145,6 +145,11 @@ impl<'a> Study<'a> {
         self.derivatives((step, self.steps[step].increments), question.of, &parameters)
     }
 
+    /// The scenario's text.
+    pub(crate) fn text(&self) -> &str {
+        &self.source.text
+    }
+
     /// The harness.
     pub fn network(&self) -> &Network {
         &self.network

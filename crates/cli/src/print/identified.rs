@@ -94,9 +94,18 @@ pub fn remarks(found: &Identified) -> Vec<String> {
                 .to_owned(),
         );
     }
+    if !found.drawn.is_empty() {
+        lines.push(format!(
+            "it starts from a path through the measured points ({}): without it the scenario comes to other \
+             equilibria, farther from them",
+            found.drawn.iter().map(|name| printable(name).to_string()).collect::<Vec<_>>().join(", ")
+        ));
+    }
     let weighted = found.configurations.iter().flat_map(|own| &own.points).filter(|point| point.weight < 1.0).count();
-    if weighted > 0 {
-        lines.push(format!("{weighted} points are far off, and count less than the others"));
+    match weighted {
+        0 => {}
+        1 => lines.push("1 point is far off, and counts less than the others".to_owned()),
+        n => lines.push(format!("{n} points are far off, and count less than the others")),
     }
     for own in found.parameters.iter().filter(|own| !own.identifiable) {
         lines.push(format!("{}: {} (the fit ended at {})", printable(&own.key), remark(own), at_end(own)));
