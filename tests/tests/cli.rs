@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         ("wires come from files beside the scenario, and check says what they make", wires_from_files),
         ("sensitivities prints derivatives", sensitivities),
         ("identify finds a stiffness", identifies),
+        ("identify finds what a bending curve says", identifies_from_bending),
         ("identify refuses what it cannot use, and flags what is not identifiable", does_not_identify),
         ("sensitivities refuses what is not there, and says where there is no derivative", no_sensitivities),
         ("optimise writes all designs and the best one, which verify passes", optimise),
@@ -509,6 +510,28 @@ fn identifies() -> Checked {
     ensure(place.path("found/shapes.svg").is_file(), &found)?;
     place.run(&["check", "found/fitted.toml"])?.expect(0)?;
     Ok(())
+}
+
+fn identifies_from_bending() -> Checked {
+    let place = Place::new()?;
+    let test = fs::read_to_string(root().join("scenarios/measured/three_point_bending.toml"))?;
+    place.file("test.toml", test.replace("increments = 48", "increments = 6"))?;
+    place.file("a.csv", "load_N,deflection_mm\n0.13,1\n0.24,3\n0.4,6\n0.6,10\n0.7,13\n")?;
+    place.file("b.csv", "load_N,deflection_mm\n0.12,1\n0.25,3\n0.41,6\n0.6,10\n")?;
+    let stiffness = "sections.cable.bending_stiffness";
+    let asked = ["identify", "test.toml", "--fit", stiffness, "--bending", "a.csv", "b.csv", "--out", "found"];
+    let ended = place.run(&asked)?.expect(0)?;
+    ensure(ended.out.starts_with("three-point-bending: 8 samples of 2 curves\nconverged"), &ended)?;
+    ensure(ended.out.contains("of the load") && ended.out.contains("b.csv"), &ended)?;
+    let found = place.json("found/identified.json")?;
+    ensure(found["curves"][0]["beyond"] == 1 && found["curves"][1]["samples"][3]["deflection"] == 0.01, &found)?;
+    ensure(place.path("found/curves.svg").is_file(), &found)?;
+    place.run(&["check", "found/fitted.toml"])?.expect(0)?;
+    place.file("b.csv", "load,deflection_mm\n0.12,1\n")?;
+    let ended = place.run(&asked)?.expect(1)?;
+    ensure(ended.err.contains("b.csv:1:1: the columns are `load,deflection_mm`"), &ended)?;
+    let ended = place.run(&["identify", "test.toml", "--fit", stiffness])?.expect(1)?;
+    ensure(ended.err.contains("--shapes"), &ended)
 }
 
 fn does_not_identify() -> Checked {

@@ -34,7 +34,7 @@ fn table(run: &Run, steps: &[&str], noise: f64, seed: u64) -> String {
 
 fn fitted(text: &str, table: &str, wishes: Wishes<'_>) -> Result<Identified, NoFit> {
     let registry = wireloom::registry();
-    identify(Source::new(text, &NoFiles, &registry), &Request { tables: &[table], wishes, noise: None })
+    identify(Source::new(text, &NoFiles, &registry), &Request { tables: &[table], wishes, ..Request::default() })
 }
 
 fn of(keys: &[&str]) -> Vec<String> {
@@ -236,8 +236,8 @@ fn a_tree_on_springs_is_found_from_points_by_branch_and_arc_length() {
     let registry = wireloom::registry();
     let wishes = Wishes { fit: &keys, ..Wishes::default() };
     let source = Source::new(&text, &NoFiles, &registry);
-    let found =
-        identify(source.clone(), &Request { tables: &[&along, &end], wishes, noise: None }).expect("carried out");
+    let found = identify(source.clone(), &Request { tables: &[&along, &end], wishes, ..Request::default() })
+        .expect("carried out");
     assert_eq!((found.status, found.configurations[0].points.len()), (FitStatus::Converged, 8));
     for (own, truth) in found.parameters.iter().zip(truth) {
         let [low, high] = own.interval.unwrap_or_else(|| panic!("{own:?}"));
@@ -246,7 +246,7 @@ fn a_tree_on_springs_is_found_from_points_by_branch_and_arc_length() {
     // The fitted scenario can be run: it has the places as markers.
     assert!(found.text.contains("tail at 0.15 m") && wireloom::load(&found.text, &registry).is_ok());
     let wrong = "configuration,branch,s,x,y,z\nhung up,tali,0.1,0,0,0\n";
-    match identify(source, &Request { tables: &[&along, wrong], wishes, noise: None }) {
+    match identify(source, &Request { tables: &[&along, wrong], wishes, ..Request::default() }) {
         Err(NoFit::Table(1, faults)) => assert!(faults[0].message.contains("no branch `tali`"), "{faults:?}"),
         other => panic!("{other:?}"),
     }
@@ -300,6 +300,94 @@ fn a_loop_in_its_plane_is_not_taken_for_one_out_of_it() {
     assert_eq!(found.drawn, ["cable"]);
     assert!(found.repeatable && found.text.contains("path = ["), "{}", found.text);
     assert!((found.parameters[0].ended_at / 0.0013 - 1.0).abs() < 1e-3, "{:?}", found.parameters[0]);
+}
+
+/// The bending test of the repository.
+fn bending_test() -> String {
+    std::fs::read_to_string(root().join("scenarios/measured/three_point_bending.toml")).expect("a scenario")
+}
+
+/// Curve of the bending test with these values: load and deflection at each increment, with noise of the load.
+fn curve(settings: &[Setting], noise: f64, seed: u64) -> String {
+    let (_, built) =
+        wireloom::load_with_settings(&bending_test(), settings, &NoFiles, &wireloom::registry()).expect("no faults");
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut table = "load_N,deflection_mm\n".to_owned();
+    wireloom::run(built, &mut |_, end| {
+        let nose = end.constraints.iter().find(|own| own.name == "nose").expect("the nose");
+        let load = noise.mul_add((0..12).map(|_| random.f64()).sum::<f64>() - 6.0, -nose.force.z);
+        table += &format!("{load:?},{:?}\n", -1e3 * nose.position.z);
+        Control::Continue
+    });
+    table
+}
+
+#[test]
+fn layers_that_slip_are_found_from_bending_curves() {
+    let text = bending_test();
+    let keys = of(&[
+        "sections.cable.bending_stiffness",
+        "sections.cable.friction.bending.0.stiffness",
+        "sections.cable.friction.bending.0.moment",
+    ]);
+    let truth = [4e-4, 9e-4, 1.8e-3];
+    let settings: Vec<Setting> = keys.iter().zip(truth).map(|(key, value)| Setting::number(key, value)).collect();
+    let [one, other] = [1, 2].map(|seed| curve(&settings, 3e-3, seed));
+    let registry = wireloom::registry();
+    let wishes = Wishes { fit: &keys, ..Wishes::default() };
+    let asked = |bending: &[&str]| {
+        identify(Source::new(&text, &NoFiles, &registry), &Request { bending, wishes, ..Request::default() })
+    };
+    // What lies beyond the way of the nose is left out.
+    let found = asked(&[&one, &(other.clone() + "9.9,12.5\n")]).expect("it can be carried out");
+    assert_eq!(found.status, FitStatus::Converged);
+    for (own, truth) in found.parameters.iter().zip(truth) {
+        let [low, high] = own.interval.unwrap_or_else(|| panic!("{own:?}"));
+        assert!((low..=high).contains(&truth) && high / low < 1.3, "{own:?}");
+    }
+    let [of_one, of_other] = &found.curves[..] else { panic!("two curves") };
+    assert_eq!((of_one.samples.len(), of_one.beyond, of_other.samples.len(), of_other.beyond), (48, 0, 48, 1));
+    // The noise, relative to loads up to 0.6 N.
+    assert!(of_one.relative > 0.003 && of_one.relative < 0.015, "{}", of_one.relative);
+    match asked(&[&one, "load_N,deflection_mm\n1,2\n1,1\n"]) {
+        Err(NoFit::Table(1, faults)) => assert!(faults[0].message.contains("goes back"), "{faults:?}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn small_deflections_have_the_stiffness_of_the_closed_form() {
+    // F = 48 EI d/L³ of a beam on two supports: the increments up to 0.5 mm, of a span of 76.8 mm. The supports are
+    // round and the deflection is finite: 1 %.
+    let stiff = Setting::number("sections.cable.friction.bending.0.moment", 1.0);
+    let (stiffness, span) = (2.5e-4 + 4e-4, 76.8e-3_f64);
+    for line in curve(&[stiff], 0.0, 0).lines().skip(1).take(2) {
+        let (load, deflection) = line.split_once(',').expect("two columns");
+        let [load, deflection] = [load, deflection].map(|cell| cell.parse::<f64>().expect("a number"));
+        let beam = 48.0 * stiffness * 1e-3 * deflection / span.powi(3);
+        assert!((load / beam - 1.0).abs() < 0.01, "{load} N at {deflection} mm, {beam} N");
+    }
+}
+
+#[test]
+fn a_scenario_that_is_no_bending_test_is_refused() {
+    let registry = wireloom::registry();
+    let keys = of(&["sections.cable.bending_stiffness"]);
+    let wishes = Wishes { fit: &keys, ..Wishes::default() };
+    let says = |text: &str, request: &Request<'_>, words: &str| match identify(
+        Source::new(text, &NoFiles, &registry),
+        request,
+    ) {
+        Err(NoFit::Question(said)) => assert!(said.contains(words), "{said}"),
+        other => panic!("{other:?}"),
+    };
+    let curves: &[&str] = &["load_N,deflection_mm\n0.1,1\n"];
+    let request = Request { bending: curves, wishes, ..Request::default() };
+    let still =
+        bending_test().replace("[[steps.move]]\nconstraint = \"nose\"\nposition = [0, 0, -0.012]", "wait = true");
+    says(&still, &request, "one constraint is moved");
+    says(&hanging(), &Request { tables: curves, ..request }, "one after the other");
+    says(&hanging(), &Request { wishes, ..Request::default() }, "nothing was measured");
 }
 
 #[test]

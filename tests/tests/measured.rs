@@ -127,7 +127,7 @@ fn other_loop(cable: Cable, other: usize) -> Result<(), Failed> {
     let smooth = [(curvatures, SMOOTH)];
     let registry = wireloom::registry();
     let wishes = Wishes { fit: &fit, smooth: &smooth, ..Wishes::default() };
-    let request = Request { tables: &[&table], wishes, noise: None };
+    let request = Request { tables: &[&table], wishes, ..Request::default() };
     let found = identify(Source::new(&text, &NoFiles, &registry), &request)?;
     if found.status != FitStatus::Converged {
         return Err(format!("{} after {} iterations", found.status.words(), found.iterations).into());

@@ -47,7 +47,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::equilibrium::RequirementResult;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::steps::{Schedule, Step};
-use wireloom_core::{Network, Status};
+use wireloom_core::{Network, Status, StepResult};
 use wireloom_scenario::fault::did_you_mean;
 use wireloom_scenario::{Built, Fault, Scenario, number_at};
 use wireloom_solve::steps::checkpoint::Checkpoint;
@@ -238,6 +238,23 @@ impl<'a> Study<'a> {
             self.worst.push(worst);
         }
         Ok(())
+    }
+
+    /// The equilibria at the start and at the end of every increment of all steps.
+    ///
+    /// # Errors
+    /// As those of [`Self::run_to`].
+    pub(crate) fn whole_path(&mut self) -> Result<Vec<StepResult>, NoAnswer> {
+        let start = self.driver.start(&self.network, self.coarse.as_ref(), &self.schedule);
+        let mut now = start.map_err(no_answer)?;
+        let mut path = vec![now.end.clone()];
+        for step in 0..self.steps.len() {
+            for _ in 0..self.steps[step].increments {
+                now = self.advance(step, &now)?;
+                path.push(now.end.clone());
+            }
+        }
+        Ok(path)
     }
 
     /// The end of the next increment of a step.

@@ -1,6 +1,7 @@
 //! Reads tables of measured points.
 
-use csv::{ReaderBuilder, StringRecord, Trim};
+use super::table::{self, fault};
+use csv::StringRecord;
 use wireloom_core::Vector;
 use wireloom_scenario::Fault;
 use wireloom_scenario::fault::did_you_mean;
@@ -63,51 +64,23 @@ pub struct Names<'a> {
 /// # Errors
 /// All faults, with their places in the text.
 pub fn read(text: &str, names: Names<'_>) -> Result<Vec<MeasuredPoint>, Vec<Fault>> {
-    let start = text.len() - text.trim_start_matches('\u{feff}').len();
-    let mut reader =
-        ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).flexible(true).from_reader(&text.as_bytes()[start..]);
-    let line_at = |at: usize| {
-        let at = (start + at).min(text.len());
-        // The reader's places are before the empty lines and comments that it skips.
-        let skipped = |line: &&str| line.trim().is_empty() || line.starts_with('#');
-        let skip: usize = text[at..].split_inclusive('\n').take_while(skipped).map(str::len).sum();
-        let begin = at + skip;
-        let length = text[begin..].find('\n').unwrap_or(text.len() - begin);
-        begin..begin + text[begin..begin + length].trim_end().len()
-    };
-    let headers = match reader.headers() {
-        Ok(headers) => headers.clone(),
-        Err(error) => return Err(vec![fault(line_at(0), error.to_string(), HELP.to_owned())]),
-    };
-    let columns = columns(&headers, line_at(0))?;
-    let (mut points, mut faults) = (Vec::new(), Vec::new());
-    for record in reader.records() {
-        match record {
-            Ok(record) => {
-                let line = line_at(record.position().map_or(0, |place| place.byte() as usize));
-                match point(&record, &headers, &columns, &line, names) {
-                    Ok(point) => points.push(point),
-                    Err(more) => faults.extend(more),
-                }
-            }
-            Err(error) => {
-                let at = error.position().map_or(0, |place| place.byte() as usize);
-                faults.push(fault(line_at(at), error.to_string(), HELP.to_owned()));
-            }
+    let table = table::read(text, HELP)?;
+    let columns = columns(&table.headers, table.header_line)?;
+    let (mut points, mut faults) = (Vec::new(), table.faults);
+    for (line, record) in &table.records {
+        match point(record, &columns, line, names) {
+            Ok(point) => points.push(point),
+            Err(more) => faults.extend(more),
         }
     }
     if points.is_empty() && faults.is_empty() {
-        faults.push(fault(line_at(0), "the table has no points".to_owned(), HELP.to_owned()));
+        faults.push(fault(0..0, "the table has no points".to_owned(), HELP.to_owned()));
     }
     if faults.is_empty() { Ok(points) } else { Err(faults) }
 }
 
 /// Help where the form of the table is wrong.
 const HELP: &str = "write the line `configuration,marker,x,y,z`, then one line for each measured point, in m";
-
-fn fault(span: std::ops::Range<usize>, message: String, help: String) -> Fault {
-    Fault { span, message, help }
-}
 
 /// Indices of the columns.
 struct Columns {
@@ -189,18 +162,12 @@ fn place(marker: &str, branch: &str, s: &str, names: Names<'_>) -> Result<(Strin
 
 fn point(
     record: &StringRecord,
-    headers: &StringRecord,
     columns: &Columns,
     line: &std::ops::Range<usize>,
     names: Names<'_>,
 ) -> Result<MeasuredPoint, Vec<Fault>> {
     let mut faults = Vec::new();
     let mut refuse = |message: String, help: String| faults.push(fault(line.clone(), message, help));
-    if record.len() != headers.len() {
-        let message = format!("this line has {} cells, the header has {}", record.len(), headers.len());
-        refuse(message, "write one cell for each column; leave it empty where nothing was measured".to_owned());
-        return Err(faults);
-    }
     let cell = |k: usize| record.get(k).unwrap_or_default();
     let configuration = cell(columns.configuration);
     let [x, y, z] = columns.coordinates.map(cell);
