@@ -418,23 +418,23 @@ pub struct IdentifyArguments {
     pub file: PathBuf,
     /// Measured points: tables with the columns configuration, marker, x, y, z (m)
     ///
-    /// A configuration is the end of the step of that name, or the only step. A marker is one of [[markers]], a joint or
-    /// an end; instead of it, the columns branch, s (m) name a place by its arc length. An empty cell is a coordinate
-    /// that was not measured. All tables together are one fit.
+    /// A configuration is the end of the step of that name, or the only step. A marker is one of [[markers]], a joint
+    /// or an end; instead of it, the columns branch, s (m) name a place by its arc length. An empty cell is a
+    /// coordinate that was not measured. All tables together are one fit.
     #[arg(long, value_name = "FILE.csv", num_args = 1.., required_unless_present = "bending")]
     pub shapes: Vec<PathBuf>,
     /// Measured bending curves: tables with the columns load_N, deflection_mm
     ///
-    /// The scenario describes the test: its steps move one constraint, which is the indenter; its way is the deflection,
-    /// and its force along the way the load. Samples beyond the way of the scenario are left out. All tables together
-    /// are one fit.
+    /// The scenario describes the test: its steps move one constraint, which is the indenter; its way is the
+    /// deflection, and its force along the way the load. Samples beyond the way of the scenario are left out. All
+    /// tables together are one fit.
     #[arg(long, value_name = "FILE.csv", num_args = 1.., conflicts_with = "shapes")]
     pub bending: Vec<PathBuf>,
     /// Keys of the scenario that hold the numbers to identify, such as sections.cable.bending_stiffness
     #[arg(long, value_name = "KEY", num_args = 1.., value_delimiter = ',', required = true)]
     pub fit: Vec<String>,
-    /// What is known of a number before, SI or with a unit ("5 mm") [default: of values that follow from wires the rule with its uncertainty;
-    /// of others hardly anything, a factor of ten]
+    /// What is known of a number before, SI or with a unit ("5 mm") [default: of values that follow from wires the rule
+    /// with its uncertainty; of others hardly anything, a factor of ten]
     #[arg(long, value_name = "KEY=VALUE,DEVIATION")]
     pub prior: Vec<String>,
     /// Bounds of a number, SI or with a unit [default: a factor of 10000 to both sides of the scenario's value]

@@ -40,10 +40,10 @@
 //!
 //! # Bending curves
 //!
-//! A table of a bending test has the columns `load_N, deflection_mm`. The scenario describes the test: one constraint is
-//! moved by the steps, in a straight line; its way is the deflection, and the force that it exerts along it the load. The
-//! whole path is carried out, so sections may slip and remember, and supports are obstacles that the cable touches.
-//! Loads between the increments are linear. Derivatives are differences of whole runs.
+//! A table of a bending test has the columns `load_N, deflection_mm`. The scenario describes the test: one constraint
+//! is moved by the steps, in a straight line; its way is the deflection, and the force that it exerts along it the
+//! load. The whole path is carried out, so sections may slip and remember, and supports are obstacles that the cable
+//! touches. Loads between the increments are linear. Derivatives are differences of whole runs.
 //!
 //! # Priors
 //!

@@ -1,5 +1,5 @@
-//! A start that is drawn through the measured points: where a harness has several equilibria, such as a loop in its plane
-//! or out of it, the points tell which one was measured.
+//! A start that is drawn through the measured points: where a harness has several equilibria, such as a loop in its
+//! plane or out of it, the points tell which one was measured.
 
 use super::points::MeasuredPoint;
 use serde_json::json;

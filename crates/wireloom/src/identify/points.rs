@@ -58,8 +58,8 @@ pub struct Names<'a> {
 }
 
 /// Reads a table with the columns `configuration, marker, x, y, z`, in any order: coordinates in m. A marker is one of
-/// the scenario, a joint or an end; the columns `branch, s` name other places. An empty cell is a coordinate that was not
-/// measured; lines that begin with `#` are comments.
+/// the scenario, a joint or an end; the columns `branch, s` name other places. An empty cell is a coordinate that was
+/// not measured; lines that begin with `#` are comments.
 ///
 /// # Errors
 /// All faults, with their places in the text.

@@ -18,8 +18,8 @@ use wireloom_solve::steps::steps_of;
 const ACCURACY: f64 = 1e-7;
 /// Distance of points of the same equilibrium, in units of the accuracy of computed positions.
 const SAME: f64 = 1e3;
-/// Sum of the distances of the points from a drawn start, relative to that from the scenario's own, below which they are
-/// other equilibria.
+/// Sum of the distances of the points from a drawn start, relative to that from the scenario's own, below which they
+/// are other equilibria.
 const NEARER: f64 = 0.9;
 
 /// Identifies numbers of a scenario from measured points.
