@@ -557,7 +557,7 @@ fn does_not_identify() -> Checked {
     refused(&["--bounds", &format!("{stiffness}=20000 N mm^2,30000 N mm^2")], "exclude its start")?;
     refused(&["--noise=-1"], "must be above 0 m")?;
     place.file("hanging.csv", "configuration,marker,x,y,z\nwide,m9,0.1,0,0\nwide,m1,100,0,0\n")?;
-    refused(&[], "no marker `m9`")?;
+    refused(&[], "no marker, joint or end `m9`")?;
     refused(&[], "farther than the harness reaches")?;
     place.file("hanging.csv", "configuration,marker,x,y\nwide,m1,0.1,0\n")?;
     refused(&[], "the column `z` is missing")
@@ -578,6 +578,11 @@ fn no_sensitivities() -> Checked {
     refused(&["--of", "max_force", "--by", length], "`max_force` is of the whole run")?;
     refused(&["--by", length, "--step", "plug D"], "the scenario has no step `plug D`: did you mean")?;
     refused(&["--of", "force.plug-B"], "name the keys to differentiate by")?;
+    let hand = fs::read_to_string(root().join("scenarios/branches/springy_handle.toml"))?;
+    place.file("hand.toml", hand)?;
+    let asked = ["sensitivities", "hand.toml", "--of", "force.hand", "--by", "branches.cable.length"];
+    let ended = place.run(&asked)?.expect(1)?;
+    ensure(ended.out.is_empty() && ended.err.contains("`hand` does not act in step `let go`"), &ended)?;
     let tube = fs::read_to_string(root().join("scenarios/contact/rod_in_tube.toml"))?;
     place.file("tube.toml", tube)?;
     let asked = ["sensitivities", "tube.toml", "--of", "energy.total", "--by", "branches.0.length"];

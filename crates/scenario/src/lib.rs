@@ -120,7 +120,7 @@ pub fn build_with_settings(
                 let broken = broken_down(&scenario, &own.network);
                 reader.faults(if broken.is_empty() { unheld } else { broken });
                 if let (Some(optimise), []) = (&scenario.optimise, settings) {
-                    reader.faults(check::optimise::refuse(optimise, text, &own.network, registry));
+                    reader.faults(check::optimise::refuse(optimise, text, (&scenario, &own.network), registry));
                 }
                 built = Some(own);
             }

@@ -141,6 +141,7 @@ impl<'a> Study<'a> {
         let step = self.step(question.step)?;
         let parameters = self.parameters(question.by)?;
         self.check(question.of)?;
+        question.of.iter().try_for_each(|name| self.can_have_value(name, step))?;
         self.run_to(step)?;
         self.derivatives((step, self.steps[step].increments), question.of, &parameters)
     }
@@ -203,6 +204,23 @@ impl<'a> Study<'a> {
     /// If there is such a name.
     pub fn check(&self, of: &[String]) -> Result<(), NoAnswer> {
         of.iter().try_for_each(|name| self.catalogue.check(name))
+    }
+
+    /// Refuses an output that has no value at the end of a step, whatever the run: a requirement that does not count
+    /// there, or a force or moment of a constraint that does not act there.
+    fn can_have_value(&self, output: &str, step: usize) -> Result<(), NoAnswer> {
+        let requirement = self.network.requirements.iter().find(|own| own.name == output);
+        let counts = requirement.and_then(|own| own.steps.as_ref()).is_none_or(|steps| steps.contains(&step));
+        let (quantity, of) = output.split_once('.').unwrap_or((output, ""));
+        let reaction = requirement.is_none() && ["force", "moment"].iter().any(|word| quantity.starts_with(word));
+        let constraint = self.network.constraints.iter().position(|own| reaction && own.name == of);
+        let acts = constraint.is_none_or(|constraint| self.scenario.acting()[step].contains(&constraint));
+        if counts && acts {
+            return Ok(());
+        }
+        let name = &self.steps[step].name;
+        let why = if counts { format!("`{of}` does not act") } else { format!("`{output}` does not count") };
+        Err(NoAnswer::Question(format!("{why} in step `{name}`: ask at the end of another one with --step")))
     }
 
     /// Finds the initial equilibrium near that of another scenario, which differs in numbers only, so that both are the
