@@ -7,8 +7,8 @@ use wireloom::scenario::NoFiles;
 use wireloom::sensitivity::Source;
 use wireloom_tests::{root, shared};
 
-/// A test: words, sample, runs, diameter, span, radius of the supports, stroke (mm), EI at the start, what it remembers,
-/// whether its curves should be met.
+/// A test: words, sample, runs, diameter, span, radius of the supports, stroke (mm), EI at the start, what it
+/// remembers, whether its curves should be met.
 type Case = (&'static str, u32, &'static [u32], [f64; 4], f64, Layers, bool);
 
 /// What a section remembers.

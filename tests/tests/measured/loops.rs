@@ -176,7 +176,7 @@ fn other_loop(index: usize, other: usize) -> Result<Met, Failed> {
     let run = wireloom::run(built, &mut |_, _| Control::Continue);
     let computed = run.steps.iter().find(|step| step.name == format!("loop {other}")).ok_or("it came to its end")?;
     let doubt = if found.status != FitStatus::Converged {
-        Some(format!("{} after {} iterations", found.status.words(), found.iterations))
+        Some(found.status.words().to_owned())
     } else if !found.repeatable {
         Some("the fitted scenario comes to other equilibria".to_owned())
     } else if computed.status != Status::Converged || computed.stable != Some(true) {

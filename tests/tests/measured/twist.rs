@@ -61,7 +61,8 @@ fn snaps(text: &str, torsion: f64) -> Option<f64> {
         .collect::<String>();
     let increments = (360.0 * TURNS / INCREMENT) as usize;
     let steps = format!(
-        "[[steps]]\nname = \"twist\"\nincrements = {increments}\n[[steps.move]]\nconstraint = \"B\"\nturns = {TURNS:?}\n"
+        "[[steps]]\nname = \"twist\"\nincrements = {increments}\n\
+         [[steps.move]]\nconstraint = \"B\"\nturns = {TURNS:?}\n"
     );
     let (_, built) = wireloom::load(&(harness + &steps), &wireloom::registry()).ok()?;
     let (mut before, mut snapped) = (0.0, None);

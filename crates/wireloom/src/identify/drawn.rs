@@ -109,8 +109,8 @@ mod tests {
     #[test]
     fn a_coordinate_that_was_not_measured_lies_between_its_neighbours() {
         let known =
-            [(0.0, [Some(0.0), Some(1.0), None]), (0.1, [Some(0.1), None, None]), (0.4, [None, Some(3.0), None])];
-        assert_eq!(between(&known, 0), Some(vec![0.0, 0.1, 0.1]));
+            [(0.0, [Some(0.0), Some(1.0), None]), (0.125, [Some(0.5), None, None]), (0.5, [None, Some(3.0), None])];
+        assert_eq!(between(&known, 0), Some(vec![0.0, 0.5, 0.5]));
         assert_eq!(between(&known, 1), Some(vec![1.0, 1.5, 3.0]));
         assert_eq!(between(&known, 2), None);
     }
