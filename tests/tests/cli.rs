@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         ("wires come from files beside the scenario, and check says what they make", wires_from_files),
         ("sensitivities prints derivatives", sensitivities),
         ("identify finds a stiffness", identifies),
+        ("identify finds what a bending curve says", identifies_from_bending),
         ("identify refuses what it cannot use, and flags what is not identifiable", does_not_identify),
         ("sensitivities refuses what is not there, and says where there is no derivative", no_sensitivities),
         ("optimise writes all designs and the best one, which verify passes", optimise),
@@ -511,6 +512,28 @@ fn identifies() -> Checked {
     Ok(())
 }
 
+fn identifies_from_bending() -> Checked {
+    let place = Place::new()?;
+    let test = fs::read_to_string(root().join("scenarios/measured/three_point_bending.toml"))?;
+    place.file("test.toml", test.replace("increments = 48", "increments = 6"))?;
+    place.file("a.csv", "load_N,deflection_mm\n0.13,1\n0.24,3\n0.4,6\n0.6,10\n0.7,13\n")?;
+    place.file("b.csv", "load_N,deflection_mm\n0.12,1\n0.25,3\n0.41,6\n0.6,10\n")?;
+    let stiffness = "sections.cable.bending_stiffness";
+    let asked = ["identify", "test.toml", "--fit", stiffness, "--bending", "a.csv", "b.csv", "--out", "found"];
+    let ended = place.run(&asked)?.expect(0)?;
+    ensure(ended.out.starts_with("three-point-bending: 8 samples of 2 curves\nconverged"), &ended)?;
+    ensure(ended.out.contains("of the load") && ended.out.contains("b.csv"), &ended)?;
+    let found = place.json("found/identified.json")?;
+    ensure(found["curves"][0]["beyond"] == 1 && found["curves"][1]["samples"][3]["deflection"] == 0.01, &found)?;
+    ensure(place.path("found/curves.svg").is_file(), &found)?;
+    place.run(&["check", "found/fitted.toml"])?.expect(0)?;
+    place.file("b.csv", "load,deflection_mm\n0.12,1\n")?;
+    let ended = place.run(&asked)?.expect(1)?;
+    ensure(ended.err.contains("b.csv:1:1: the columns are `load,deflection_mm`"), &ended)?;
+    let ended = place.run(&["identify", "test.toml", "--fit", stiffness])?.expect(1)?;
+    ensure(ended.err.contains("--shapes"), &ended)
+}
+
 fn does_not_identify() -> Checked {
     let place = Place::new()?;
     measured(&place)?;
@@ -530,9 +553,11 @@ fn does_not_identify() -> Checked {
     refused(&["branches.cable.lenght"], "there is no `lenght`")?;
     refused(&["--bounds", &format!("{stiffness}=0.02,0.03")], "exclude its start")?;
     refused(&["--bounds", stiffness], "write --bounds KEY=MIN,MAX")?;
+    refused(&["--bounds", &format!("{stiffness}=1 N m,2 N m")], "`1 N m` is a moment, not a bending stiffness")?;
+    refused(&["--bounds", &format!("{stiffness}=20000 N mm^2,30000 N mm^2")], "exclude its start")?;
     refused(&["--noise=-1"], "must be above 0 m")?;
     place.file("hanging.csv", "configuration,marker,x,y,z\nwide,m9,0.1,0,0\nwide,m1,100,0,0\n")?;
-    refused(&[], "no marker `m9`")?;
+    refused(&[], "no marker, joint or end `m9`")?;
     refused(&[], "farther than the harness reaches")?;
     place.file("hanging.csv", "configuration,marker,x,y\nwide,m1,0.1,0\n")?;
     refused(&[], "the column `z` is missing")
@@ -553,6 +578,11 @@ fn no_sensitivities() -> Checked {
     refused(&["--of", "max_force", "--by", length], "`max_force` is of the whole run")?;
     refused(&["--by", length, "--step", "plug D"], "the scenario has no step `plug D`: did you mean")?;
     refused(&["--of", "force.plug-B"], "name the keys to differentiate by")?;
+    let hand = fs::read_to_string(root().join("scenarios/branches/springy_handle.toml"))?;
+    place.file("hand.toml", hand)?;
+    let asked = ["sensitivities", "hand.toml", "--of", "force.hand", "--by", "branches.cable.length"];
+    let ended = place.run(&asked)?.expect(1)?;
+    ensure(ended.out.is_empty() && ended.err.contains("`hand` does not act in step `let go`"), &ended)?;
     let tube = fs::read_to_string(root().join("scenarios/contact/rod_in_tube.toml"))?;
     place.file("tube.toml", tube)?;
     let asked = ["sensitivities", "tube.toml", "--of", "energy.total", "--by", "branches.0.length"];

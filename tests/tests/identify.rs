@@ -34,7 +34,7 @@ fn table(run: &Run, steps: &[&str], noise: f64, seed: u64) -> String {
 
 fn fitted(text: &str, table: &str, wishes: Wishes<'_>) -> Result<Identified, NoFit> {
     let registry = wireloom::registry();
-    identify(Source::new(text, &NoFiles, &registry), &Request { table, wishes, noise: None })
+    identify(Source::new(text, &NoFiles, &registry), &Request { tables: &[table], wishes, ..Request::default() })
 }
 
 fn of(keys: &[&str]) -> Vec<String> {
@@ -170,6 +170,224 @@ fn a_section_of_wires_has_the_prior_of_its_rule() {
     assert!((own.prior.deviation / own.start - std::f64::consts::LN_2).abs() < 1e-9, "{own:?}");
     assert!(own.identifiable && (own.value.unwrap() / own.start - 1.0).abs() < 0.05, "{own:?}");
     assert!(found.text.contains("bending_stiffness = "), "{}", found.text);
+}
+
+/// Trunk with two arms whose ends hang on springs, and a tail with a free end.
+fn tree_on_springs() -> String {
+    let arm = |branch: &str, x: f64, y: f64| {
+        format!("{{ branch = \"{branch}\", direction = [{x:?}, {y:?}, 0], up = [0, 0, 1] }}")
+    };
+    let joint = |name: &str, arms: &[String]| {
+        format!("[[joints]]\nname = \"{name}\"\nmodel = \"fused\"\narms = [{}]\n", arms.join(", "))
+    };
+    let spring = |end: &str, position: [f64; 3], stiffness: f64, more: &str| {
+        format!(
+            "[[constraints]]\nname = \"spring-{end}\"\nkind = \"handle\"\nat = {{ end = \"{end}\" }}\nposition = \
+             {position:?}\nstiffness = {stiffness:?}\n{more}"
+        )
+    };
+    [
+        "schema = 1\nname = \"tree\"\n".to_owned(),
+        section("trunk"),
+        section("arm"),
+        branch("trunk", ["A", "J"], "trunk", 0.5, 25),
+        branch("left", ["J", "B"], "arm", 0.35, 18),
+        branch("mid", ["J", "K"], "trunk", 0.25, 12),
+        branch("up", ["K", "C"], "arm", 0.25, 12),
+        branch("tail", ["K", "D"], "arm", 0.3, 15),
+        joint("J", &[arm("trunk", -1.0, 0.0), arm("left", 0.5, 0.866), arm("mid", 1.0, 0.0)]),
+        joint("K", &[arm("mid", -1.0, 0.0), arm("up", 0.7, -0.7), arm("tail", 1.0, 0.0)]),
+        connector("plug-A", "A", [0.0; 3]),
+        spring("B", [0.5, 0.3, 0.1], 40.0, ""),
+        spring("C", [0.85, -0.15, 0.05], 30.0, "tangent = [1, 0, 0]\nangular_stiffness = 0.05\n"),
+    ]
+    .concat()
+}
+
+#[test]
+fn a_tree_on_springs_is_found_from_points_by_branch_and_arc_length() {
+    let text = tree_on_springs();
+    let keys = of(&[
+        "sections.trunk.bending_stiffness",
+        "sections.arm.bending_stiffness",
+        "constraints.spring-B.stiffness",
+        "constraints.spring-C.stiffness",
+        "constraints.spring-C.angular_stiffness",
+    ]);
+    let truth = [0.02, 0.006, 60.0, 22.0, 0.08];
+    let settings: Vec<Setting> = keys.iter().zip(truth).map(|(key, value)| Setting::number(key, value)).collect();
+    let places =
+        [("trunk", 0.2), ("trunk", 0.4), ("left", 0.1), ("left", 0.25), ("mid", 0.125), ("up", 0.125), ("tail", 0.15)];
+    let markers = places
+        .iter()
+        .enumerate()
+        .map(|(k, (branch, s))| format!("[[markers]]\nname = \"m{k}\"\nat = {{ branch = \"{branch}\", s = {s:?} }}\n"));
+    let tip = "[[markers]]\nname = \"tip\"\nat = { end = \"D\" }\n";
+    let measured = run(&(text.clone() + &markers.collect::<String>() + tip), &settings);
+    let with_markers = table(&measured, &["equilibrium"], 0.2e-3, 3);
+    // The same points by branch and arc length, the end by its name, in two files.
+    let rows: Vec<&str> = with_markers.lines().skip(1).collect();
+    let coordinates = |k: usize| rows[k].splitn(3, ',').nth(2).expect("coordinates");
+    let mut along = "configuration,branch,s,x,y,z\n".to_owned();
+    for (k, (branch, s)) in places.iter().enumerate() {
+        along += &format!("hung up,{branch},{s:?},{}\n", coordinates(k));
+    }
+    let end = format!("configuration,marker,x,y,z\nhung up,D,{}\n", coordinates(places.len()));
+    let registry = wireloom::registry();
+    let wishes = Wishes { fit: &keys, ..Wishes::default() };
+    let source = Source::new(&text, &NoFiles, &registry);
+    let found = identify(source.clone(), &Request { tables: &[&along, &end], wishes, ..Request::default() })
+        .expect("carried out");
+    assert_eq!((found.status, found.configurations[0].points.len()), (FitStatus::Converged, 8));
+    for (own, truth) in found.parameters.iter().zip(truth) {
+        let [low, high] = own.interval.unwrap_or_else(|| panic!("{own:?}"));
+        assert!((low..=high).contains(&truth) && high / low < 1.5, "{own:?}");
+    }
+    // The fitted scenario can be run: it has the places as markers.
+    assert!(found.text.contains("tail at 0.15 m") && wireloom::load(&found.text, &registry).is_ok());
+    let wrong = "configuration,branch,s,x,y,z\nhung up,tali,0.1,0,0,0\n";
+    match identify(source, &Request { tables: &[&along, wrong], wishes, ..Request::default() }) {
+        Err(NoFit::Table(1, faults)) => assert!(faults[0].message.contains("no branch `tali`"), "{faults:?}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn lengths_between_markers_are_found_where_some_of_them_are_known() {
+    // Of four markers only the first is at a known place; the length to the second one was measured with a tape, and
+    // the other two, and the end of the cable, are fitted.
+    let text = hanging();
+    let keys = of(&["sections.cable.bending_stiffness", "markers.m2.at.s", "markers.m3.at.s", "branches.cable.length"]);
+    let truth = [0.0137, 0.262, 0.38, 1.006];
+    let settings: Vec<Setting> = keys.iter().zip(truth).map(|(key, value)| Setting::number(key, value)).collect();
+    let measured = run(&text, &settings);
+    let table = table(&measured, &["wide", "near"], 0.2e-3, 11);
+    let priors = [("markers.m2.at.s".to_owned(), [0.262, 0.002])];
+    let found =
+        fitted(&text, &table, Wishes { fit: &keys, priors: &priors, ..Wishes::default() }).expect("carried out");
+    for (own, truth) in found.parameters.iter().zip(truth) {
+        let [low, high] = own.interval.unwrap_or_else(|| panic!("{own:?}"));
+        assert!((low..=high).contains(&truth), "{own:?}");
+    }
+}
+
+#[test]
+fn a_loop_in_its_plane_is_not_taken_for_one_out_of_it() {
+    // A cable whose ends are crossed has an equilibrium with a loop in the plane, and others out of it, to which the
+    // search from a plain layout comes. The points tell which one was measured.
+    let text = [
+        "schema = 1\nname = \"loop\"\n".to_owned(),
+        section("cable"),
+        branch("cable", ["A", "B"], "cable", 1.5, 60),
+        connector("plug-A", "A", [0.0; 3]),
+        connector("plug-B", "B", [-0.12, 0.0, 0.0]),
+        (1..15)
+            .map(|k| format!("[[markers]]\nname = \"m{k}\"\nat = {{ branch = \"cable\", s = {} }}\n", k as f64 / 10.0))
+            .collect(),
+    ]
+    .concat();
+    let circle = (0..=24).map(|k| {
+        let turn = std::f64::consts::TAU * f64::from(k) / 24.0;
+        format!("[{}, 0, {}]", 0.2 * turn.sin() - 0.12 * f64::from(k) / 24.0, 0.2 * turn.cos() - 0.2)
+    });
+    let in_plane = Setting::number("sections.cable.bending_stiffness", 0.0013);
+    let path = format!("path = [{}]\nsection = \"cable\"\nlength", circle.collect::<Vec<_>>().join(", "));
+    let measured = run(&text.replacen("section = \"cable\"\nlength", &path, 1), &[in_plane]);
+    assert!(measured.steps[0].markers.iter().all(|marker| marker.position.y.abs() < 1e-9), "in its plane");
+    let table = table(&measured, &["equilibrium"], 0.0, 0);
+    let keys = of(&["sections.cable.bending_stiffness"]);
+    let found = fitted(&text, &table, Wishes { fit: &keys, ..Wishes::default() }).expect("it can be carried out");
+    assert_eq!(found.drawn, ["cable"]);
+    assert!(found.repeatable && found.text.contains("path = ["), "{}", found.text);
+    assert!((found.parameters[0].ended_at / 0.0013 - 1.0).abs() < 1e-3, "{:?}", found.parameters[0]);
+}
+
+/// The bending test of the repository.
+fn bending_test() -> String {
+    std::fs::read_to_string(root().join("scenarios/measured/three_point_bending.toml")).expect("a scenario")
+}
+
+/// Curve of the bending test with these values: load and deflection at each increment, with noise of the load.
+fn curve(settings: &[Setting], noise: f64, seed: u64) -> String {
+    let (_, built) =
+        wireloom::load_with_settings(&bending_test(), settings, &NoFiles, &wireloom::registry()).expect("no faults");
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut table = "load_N,deflection_mm\n".to_owned();
+    wireloom::run(built, &mut |_, end| {
+        let nose = end.constraints.iter().find(|own| own.name == "nose").expect("the nose");
+        let load = noise.mul_add((0..12).map(|_| random.f64()).sum::<f64>() - 6.0, -nose.force.z);
+        table += &format!("{load:?},{:?}\n", -1e3 * nose.position.z);
+        Control::Continue
+    });
+    table
+}
+
+#[test]
+fn layers_that_slip_are_found_from_bending_curves() {
+    let text = bending_test();
+    let keys = of(&[
+        "sections.cable.bending_stiffness",
+        "sections.cable.friction.bending.0.stiffness",
+        "sections.cable.friction.bending.0.moment",
+    ]);
+    let truth = [4e-4, 9e-4, 1.8e-3];
+    let settings: Vec<Setting> = keys.iter().zip(truth).map(|(key, value)| Setting::number(key, value)).collect();
+    let [one, other] = [1, 2].map(|seed| curve(&settings, 3e-3, seed));
+    let registry = wireloom::registry();
+    let wishes = Wishes { fit: &keys, ..Wishes::default() };
+    let asked = |bending: &[&str]| {
+        identify(Source::new(&text, &NoFiles, &registry), &Request { bending, wishes, ..Request::default() })
+    };
+    // What lies beyond the way of the nose is left out.
+    let found = asked(&[&one, &(other.clone() + "9.9,12.5\n")]).expect("it can be carried out");
+    assert_eq!(found.status, FitStatus::Converged);
+    for (own, truth) in found.parameters.iter().zip(truth) {
+        let [low, high] = own.interval.unwrap_or_else(|| panic!("{own:?}"));
+        assert!((low..=high).contains(&truth) && high / low < 1.3, "{own:?}");
+    }
+    let [of_one, of_other] = &found.curves[..] else { panic!("two curves") };
+    assert_eq!((of_one.samples.len(), of_one.beyond, of_other.samples.len(), of_other.beyond), (48, 0, 48, 1));
+    // The noise, relative to loads up to 0.6 N.
+    assert!(of_one.relative > 0.003 && of_one.relative < 0.015, "{}", of_one.relative);
+    match asked(&[&one, "load_N,deflection_mm\n1,2\n1,1\n"]) {
+        Err(NoFit::Table(1, faults)) => assert!(faults[0].message.contains("goes back"), "{faults:?}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn small_deflections_have_the_stiffness_of_the_closed_form() {
+    // F = 48 EI d/L³ of a beam on two supports: the increments up to 0.5 mm, of a span of 76.8 mm. The supports are
+    // round and the deflection is finite: 1 %.
+    let stiff = Setting::number("sections.cable.friction.bending.0.moment", 1.0);
+    let (stiffness, span) = (2.5e-4 + 4e-4, 76.8e-3_f64);
+    for line in curve(&[stiff], 0.0, 0).lines().skip(1).take(2) {
+        let (load, deflection) = line.split_once(',').expect("two columns");
+        let [load, deflection] = [load, deflection].map(|cell| cell.parse::<f64>().expect("a number"));
+        let beam = 48.0 * stiffness * 1e-3 * deflection / span.powi(3);
+        assert!((load / beam - 1.0).abs() < 0.01, "{load} N at {deflection} mm, {beam} N");
+    }
+}
+
+#[test]
+fn a_scenario_that_is_no_bending_test_is_refused() {
+    let registry = wireloom::registry();
+    let keys = of(&["sections.cable.bending_stiffness"]);
+    let wishes = Wishes { fit: &keys, ..Wishes::default() };
+    let says = |text: &str, request: &Request<'_>, words: &str| match identify(
+        Source::new(text, &NoFiles, &registry),
+        request,
+    ) {
+        Err(NoFit::Question(said)) => assert!(said.contains(words), "{said}"),
+        other => panic!("{other:?}"),
+    };
+    let curves: &[&str] = &["load_N,deflection_mm\n0.1,1\n"];
+    let request = Request { bending: curves, wishes, ..Request::default() };
+    let still =
+        bending_test().replace("[[steps.move]]\nconstraint = \"nose\"\nposition = [0, 0, -0.012]", "wait = true");
+    says(&still, &request, "one constraint is moved");
+    says(&hanging(), &Request { tables: curves, ..request }, "one after the other");
+    says(&hanging(), &Request { wishes, ..Request::default() }, "nothing was measured");
 }
 
 #[test]

@@ -416,33 +416,41 @@ pub struct SensitivitiesArguments {
 pub struct IdentifyArguments {
     /// The scenario
     pub file: PathBuf,
-    /// Measured points: a table with the columns configuration, marker, x, y, z (m)
+    /// Measured points: tables with the columns configuration, marker, x, y, z (m)
     ///
-    /// A configuration is the end of the step of that name, or the only step. A marker is one of [[markers]], or a
-    /// joint. An empty cell is a coordinate that was not measured.
-    #[arg(long, value_name = "FILE.csv")]
-    pub shapes: PathBuf,
+    /// A configuration is the end of the step of that name, or the only step. A marker is one of [[markers]], a joint
+    /// or an end; instead of it, the columns branch, s (m) name a place by its arc length. An empty cell is a
+    /// coordinate that was not measured. All tables together are one fit.
+    #[arg(long, value_name = "FILE.csv", num_args = 1.., required_unless_present = "bending")]
+    pub shapes: Vec<PathBuf>,
+    /// Measured bending curves: tables with the columns load_N, deflection_mm
+    ///
+    /// The scenario describes the test: its steps move one constraint, which is the indenter; its way is the
+    /// deflection, and its force along the way the load. Samples beyond the way of the scenario are left out. All
+    /// tables together are one fit.
+    #[arg(long, value_name = "FILE.csv", num_args = 1.., conflicts_with = "shapes")]
+    pub bending: Vec<PathBuf>,
     /// Keys of the scenario that hold the numbers to identify, such as sections.cable.bending_stiffness
     #[arg(long, value_name = "KEY", num_args = 1.., value_delimiter = ',', required = true)]
     pub fit: Vec<String>,
-    /// What is known of a number before, SI [default: of values that follow from wires the rule with its uncertainty;
-    /// of others hardly anything, a factor of ten]
+    /// What is known of a number before, SI or with a unit ("5 mm") [default: of values that follow from wires the rule
+    /// with its uncertainty; of others hardly anything, a factor of ten]
     #[arg(long, value_name = "KEY=VALUE,DEVIATION")]
     pub prior: Vec<String>,
-    /// Bounds of a number, SI [default: a factor of 10000 to both sides of the scenario's value]
+    /// Bounds of a number, SI or with a unit [default: a factor of 10000 to both sides of the scenario's value]
     #[arg(long, value_name = "KEY=MIN,MAX")]
     pub bounds: Vec<String>,
-    /// Numbers of neighbours, such as the curvatures along a cable, that differ by this deviation, SI
+    /// Numbers of neighbours, such as the curvatures along a cable, that differ by this deviation, SI or with a unit
     #[arg(long, value_name = "KEY,KEY,...=DEVIATION")]
     pub smooth: Vec<String>,
-    /// Standard deviation of a measured coordinate, m [default: that of the distances which remain]
-    #[arg(long, value_name = "METRES")]
+    /// Standard deviation of a measured coordinate, m, or load, N [default: that of the differences which remain]
+    #[arg(long, value_name = "DEVIATION")]
     pub noise: Option<f64>,
     /// Print the answer as JSON, for programs
     #[arg(long)]
     pub json: bool,
     /// Write identified.json, the scenario with the fitted values (fitted.toml) and a picture of measured and computed
-    /// shapes (shapes.svg) into this folder
+    /// shapes (shapes.svg) or curves (curves.svg) into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

@@ -9,6 +9,7 @@
 
 mod branches;
 mod colour;
+mod curves;
 mod labels;
 mod layout;
 mod legend;
@@ -22,6 +23,7 @@ mod spans;
 mod svg;
 mod view;
 
+pub use curves::{MeasuredCurve, write_curves};
 pub use measured::{MeasuredShape, write_measured};
 pub(crate) use overlay::{colour, overlay};
 

@@ -34,7 +34,7 @@ pub mod sweep;
 
 pub use attachment::{At, Stretch};
 pub use build::network::Built;
-pub use edit::number::{Number, number_at};
+pub use edit::number::{Number, number_at, value_for};
 pub use edit::{adjust, record};
 pub use fault::{Fault, Places, render};
 pub use format::explain;
@@ -120,7 +120,7 @@ pub fn build_with_settings(
                 let broken = broken_down(&scenario, &own.network);
                 reader.faults(if broken.is_empty() { unheld } else { broken });
                 if let (Some(optimise), []) = (&scenario.optimise, settings) {
-                    reader.faults(check::optimise::refuse(optimise, text, &own.network, registry));
+                    reader.faults(check::optimise::refuse(optimise, text, (&scenario, &own.network), registry));
                 }
                 built = Some(own);
             }

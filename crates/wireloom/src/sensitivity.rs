@@ -47,7 +47,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::equilibrium::RequirementResult;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::steps::{Schedule, Step};
-use wireloom_core::{Network, Status};
+use wireloom_core::{Network, Status, StepResult};
 use wireloom_scenario::fault::did_you_mean;
 use wireloom_scenario::{Built, Fault, Scenario, number_at};
 use wireloom_solve::steps::checkpoint::Checkpoint;
@@ -141,8 +141,14 @@ impl<'a> Study<'a> {
         let step = self.step(question.step)?;
         let parameters = self.parameters(question.by)?;
         self.check(question.of)?;
+        question.of.iter().try_for_each(|name| self.can_have_value(name, step))?;
         self.run_to(step)?;
         self.derivatives((step, self.steps[step].increments), question.of, &parameters)
+    }
+
+    /// The scenario's text.
+    pub(crate) fn text(&self) -> &str {
+        &self.source.text
     }
 
     /// The harness.
@@ -200,6 +206,23 @@ impl<'a> Study<'a> {
         of.iter().try_for_each(|name| self.catalogue.check(name))
     }
 
+    /// Refuses an output that has no value at the end of a step, whatever the run: a requirement that does not count
+    /// there, or a force or moment of a constraint that does not act there.
+    fn can_have_value(&self, output: &str, step: usize) -> Result<(), NoAnswer> {
+        let requirement = self.network.requirements.iter().find(|own| own.name == output);
+        let counts = requirement.and_then(|own| own.steps.as_ref()).is_none_or(|steps| steps.contains(&step));
+        let (quantity, of) = output.split_once('.').unwrap_or((output, ""));
+        let reaction = requirement.is_none() && ["force", "moment"].iter().any(|word| quantity.starts_with(word));
+        let constraint = self.network.constraints.iter().position(|own| reaction && own.name == of);
+        let acts = constraint.is_none_or(|constraint| self.scenario.acting()[step].contains(&constraint));
+        if counts && acts {
+            return Ok(());
+        }
+        let name = &self.steps[step].name;
+        let why = if counts { format!("`{of}` does not act") } else { format!("`{output}` does not count") };
+        Err(NoAnswer::Question(format!("{why} in step `{name}`: ask at the end of another one with --step")))
+    }
+
     /// Finds the initial equilibrium near that of another scenario, which differs in numbers only, so that both are the
     /// same of several. Where there is none nearby, [`Self::run_to`] finds it from the layout.
     pub fn start_near(&mut self, other: &Network, start: &Checkpoint) {
@@ -233,6 +256,23 @@ impl<'a> Study<'a> {
             self.worst.push(worst);
         }
         Ok(())
+    }
+
+    /// The equilibria at the start and at the end of every increment of all steps.
+    ///
+    /// # Errors
+    /// As those of [`Self::run_to`].
+    pub(crate) fn whole_path(&mut self) -> Result<Vec<StepResult>, NoAnswer> {
+        let start = self.driver.start(&self.network, self.coarse.as_ref(), &self.schedule);
+        let mut now = start.map_err(no_answer)?;
+        let mut path = vec![now.end.clone()];
+        for step in 0..self.steps.len() {
+            for _ in 0..self.steps[step].increments {
+                now = self.advance(step, &now)?;
+                path.push(now.end.clone());
+            }
+        }
+        Ok(path)
     }
 
     /// The end of the next increment of a step.

@@ -19,6 +19,7 @@ cargo xtask COMMAND
   hunt     checks the results of random harnesses; minimises failures and saves them in target/hunt (hunt --help)
   package  packs the Python package as a wheel, installs it into the target folder, and runs its tests
   readme   updates the output of commands in README.md, and its picture
+  reality  updates scenarios/measured/reality.md, where cables are held against measurements, and its pictures
   compare-commits A B
            builds two commits, measures them in turn, and says for each case of bench whether B is faster or slower
   peer     the drag step of bench beside Exudyn, in one run; installs Exudyn
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         ["peer"] => peer::peer(),
         ["package"] => package::package(),
         ["readme"] => readme::readme(),
+        ["reality"] => readme::reality(),
         ["help" | "--help" | "-h"] => {
             print!("{HELP}");
             Ok(())

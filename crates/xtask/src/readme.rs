@@ -1,4 +1,5 @@
-//! `cargo xtask readme`: updates the README with the current output of the program.
+//! `cargo xtask readme`: updates the README with the current output of the program; `cargo xtask reality`: the page
+//! where cables are held against measurements.
 
 use crate::run::{command, root, step};
 
@@ -10,4 +11,10 @@ pub fn readme() -> Result<(), String> {
         .map_err(|error| format!("scenarios/first.svg cannot be written: {error}"))?;
     let write = ["test", "--quiet", "--package", "wireloom-tests", "--test", "readme"];
     step("its output into README.md", command("cargo", &write).env("WIRELOOM_README", "write"))
+}
+
+/// Runs the test that holds cables against measurements, in write mode.
+pub fn reality() -> Result<(), String> {
+    let write = ["test", "--quiet", "--package", "wireloom-tests", "--test", "measured"];
+    step("scenarios/measured/reality.md", command("cargo", &write).env("WIRELOOM_REALITY", "write"))
 }

@@ -3,13 +3,18 @@
 use crate::print::table::Columns;
 use crate::print::text::{number, printable, with_unit};
 use std::io::{self, Write};
+use std::path::PathBuf;
 use wireloom::identify::{Estimate, Identified};
 
 /// Prints the answer.
-pub fn print(found: &Identified, out: &mut dyn Write) -> io::Result<()> {
+pub fn print(found: &Identified, measured: &[PathBuf], out: &mut dyn Write) -> io::Result<()> {
     let points: usize = found.configurations.iter().map(|own| own.points.len()).sum();
-    let configurations = found.configurations.len();
-    writeln!(out, "{}: {points} points in {configurations} configurations", printable(&found.scenario))?;
+    let samples: usize = found.curves.iter().map(|own| own.samples.len()).sum();
+    let of = match found.curves.len() {
+        0 => format!("{points} points in {} configurations", found.configurations.len()),
+        n => format!("{samples} samples of {n} curves"),
+    };
+    writeln!(out, "{}: {of}", printable(&found.scenario))?;
     for line in remarks(found) {
         writeln!(out, "{line}")?;
     }
@@ -38,6 +43,19 @@ pub fn print(found: &Identified, out: &mut dyn Write) -> io::Result<()> {
         correlated.row([one, other, format!("{:.2}", found.correlations[i][j])]);
     }
     correlated.print(out)?;
+    if !found.curves.is_empty() {
+        let mut table = Columns::new(["curve", ">samples", ">beyond the stroke", ">rms", ">of the load"]);
+        for own in &found.curves {
+            table.row([
+                measured[own.table].display().to_string(),
+                own.samples.len().to_string(),
+                own.beyond.to_string(),
+                with_unit(own.rms, "N"),
+                format!("{:.1} %", 1e2 * own.relative),
+            ]);
+        }
+        return table.print(out);
+    }
     let mut table = Columns::new(["configuration", "step", "status", ">points", ">mean", ">rms", ">largest", "at"]);
     for own in &found.configurations {
         let largest = own.points.iter().max_by(|a, b| a.distance.total_cmp(&b.distance));
@@ -67,7 +85,7 @@ pub fn remarks(found: &Identified) -> Vec<String> {
             n => format!(", of which {n} came to no equilibrium (the step was shortened)"),
         }
     )];
-    if *derivatives_by_runs > 0 {
+    if *derivatives_by_runs > 0 && found.curves.is_empty() {
         let missing = match found.derivatives_missing {
             0 => String::new(),
             n => format!("; {n} of these could not be computed"),
@@ -78,7 +96,10 @@ pub fn remarks(found: &Identified) -> Vec<String> {
         ));
     }
     if let Some(noise) = found.noise {
-        lines.push(format!("standard deviation of a measured coordinate: {}", with_unit(1e3 * noise, "mm")));
+        lines.push(match found.curves.is_empty() {
+            true => format!("standard deviation of a measured coordinate: {}", with_unit(1e3 * noise, "mm")),
+            false => format!("standard deviation of a measured load: {}", with_unit(noise, "N")),
+        });
     }
     if found.widened > 1.0 {
         let rho = found.neighbour_correlation.unwrap_or(0.0);
@@ -94,9 +115,20 @@ pub fn remarks(found: &Identified) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let weighted = found.configurations.iter().flat_map(|own| &own.points).filter(|point| point.weight < 1.0).count();
-    if weighted > 0 {
-        lines.push(format!("{weighted} points are far off, and count less than the others"));
+    if !found.drawn.is_empty() {
+        lines.push(format!(
+            "it starts from a path through the measured points ({}): without it the scenario comes to other \
+             equilibria, farther from them",
+            found.drawn.iter().map(|name| printable(name).to_string()).collect::<Vec<_>>().join(", ")
+        ));
+    }
+    let points = found.configurations.iter().flat_map(|own| own.points.iter().map(|point| point.weight));
+    let samples = found.curves.iter().flat_map(|own| own.samples.iter().map(|sample| sample.weight));
+    let weighted = points.chain(samples).filter(|weight| *weight < 1.0).count();
+    match weighted {
+        0 => {}
+        1 => lines.push("1 point is far off, and counts less than the others".to_owned()),
+        n => lines.push(format!("{n} points are far off, and count less than the others")),
     }
     for own in found.parameters.iter().filter(|own| !own.identifiable) {
         lines.push(format!("{}: {} (the fit ended at {})", printable(&own.key), remark(own), at_end(own)));

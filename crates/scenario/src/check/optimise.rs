@@ -1,11 +1,15 @@
-//! Optimisations: keys that cannot be varied, ranges that exclude their start, and unknown requirements are refused.
+//! Optimisations: keys that cannot be varied, ranges that exclude their start, and requirements that are unknown
+//! or can have no value are refused.
 
+use super::timeline::never_acts;
 use crate::edit::number::number_at;
 use crate::edit::record;
 use crate::fault::{Fault, did_you_mean};
 use crate::optimise::{Choice, Minimised, Optimise, Variable};
+use crate::scenario::Scenario;
 use crate::settings::Setting;
 use crate::sweep::Value;
+use wireloom_core::requirement::{Origin, Requirement, Severity};
 use wireloom_core::{Network, Registry};
 
 /// Largest number of combinations of choices.
@@ -14,7 +18,12 @@ const MAX_COMBINATIONS: usize = 10_000;
 const ROUND_OFF: f64 = 1e-9;
 
 /// Refuses what an optimisation cannot vary or minimise.
-pub(crate) fn refuse(optimise: &Optimise, text: &str, network: &Network, registry: &Registry) -> Vec<Fault> {
+pub(crate) fn refuse(
+    optimise: &Optimise,
+    text: &str,
+    (scenario, network): (&Scenario, &Network),
+    registry: &Registry,
+) -> Vec<Fault> {
     let variables = optimise.variables.iter().filter_map(|variable| {
         let fault = |message: String, help: String| Some(Fault { span: variable.span.clone(), message, help });
         let key = &variable.key;
@@ -39,14 +48,27 @@ pub(crate) fn refuse(optimise: &Optimise, text: &str, network: &Network, registr
         None
     });
     let terms = optimise.terms.iter().filter_map(|term| {
-        let Minimised::Requirement(name) = &term.of else { return None };
-        if network.requirements.iter().any(|requirement| requirement.name == *name) {
-            return None;
+        let fault = |message: String, help: String| Some(Fault { span: term.span.clone(), message, help });
+        let name = match &term.of {
+            Minimised::Requirement(name) => name,
+            Minimised::WorstMargin => {
+                let counts = |own: &Requirement| own.severity == Severity::Must && own.origin != Origin::Always;
+                if network.requirements.iter().any(counts) {
+                    return None;
+                }
+                let message = "there is no requirement that must be kept, so no worst margin".to_owned();
+                return fault(message, "add [[requirements]], or limits of sections or fixings".to_owned());
+            }
+            Minimised::Length | Minimised::Mass => return None,
+        };
+        if let Some(own) = network.requirements.iter().find(|requirement| requirement.name == *name) {
+            let all = (0..scenario.steps.len().max(1)).collect();
+            let why = never_acts(scenario, own, own.steps.as_ref().unwrap_or(&all))?;
+            return fault(why, "name another requirement, or other steps of it".to_owned());
         }
         let known = ["length", "mass", "worst margin"].into_iter();
         let known = known.chain(network.requirements.iter().map(|requirement| requirement.name.as_str()));
-        let message = format!("there is no requirement `{name}` to minimise");
-        Some(Fault { span: term.span.clone(), message, help: did_you_mean(name, known) })
+        fault(format!("there is no requirement `{name}` to minimise"), did_you_mean(name, known))
     });
     let counts = optimise.variables.iter().map(|variable| match &variable.choice {
         Choice::Values(values) => values.len(),

@@ -3,6 +3,7 @@
 use crate::scenario::Scenario;
 use crate::span::Span;
 use wireloom_core::Vector;
+use wireloom_core::requirement::{Measure, Part, Requirement};
 use wireloom_core::steps::Step;
 
 /// The beginning, or a step.
@@ -21,6 +22,32 @@ pub(crate) struct Stage<'s> {
     pub gravity: bool,
     /// Loads that act at some time in it.
     pub loads: Vec<usize>,
+}
+
+impl Scenario {
+    /// Indices of the constraints that act in each step; of a scenario without steps at its one equilibrium.
+    pub fn acting(&self) -> Vec<Vec<usize>> {
+        let stages = stages(self).into_iter().map(|stage| stage.active);
+        stages.skip(usize::from(!self.steps.is_empty())).collect()
+    }
+}
+
+/// Why a requirement can have no value in any of these steps: it is about constraints alone, and none of them acts
+/// there.
+pub(crate) fn never_acts(scenario: &Scenario, requirement: &Requirement, steps: &[usize]) -> Option<String> {
+    // It has the force on the way, after which the constraint may be gone.
+    if requirement.of.is_empty() || requirement.measure == Measure::InsertionForce {
+        return None;
+    }
+    let acting = scenario.acting();
+    let acts = |part: &Part| match part {
+        Part::Constraint(constraint) => steps.iter().any(|step| acting[*step].contains(constraint)),
+        Part::Branch { .. } | Part::Obstacle(_) => true,
+    };
+    if requirement.of.iter().any(acts) {
+        return None;
+    }
+    Some(format!("no part of `{}` acts in the steps in which it counts", requirement.name))
 }
 
 /// All stages of a scenario, in order. Gravity and loads of the first step count at the start too: its first

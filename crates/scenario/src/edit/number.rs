@@ -63,6 +63,22 @@ pub fn number_at(text: &str, key: &str, registry: &Registry) -> Result<Number, F
     }
 }
 
+/// A value for a key, as a user writes it: a number in SI units, or one with a unit of the key's quantity.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn value_for(text: &str, key: &str, written: &str, registry: &Registry) -> Result<f64, String> {
+    if let Ok(value) = written.trim().parse::<f64>() {
+        return if value.is_finite() { Ok(value) } else { Err(format!("`{written}` is not a finite number")) };
+    }
+    let declared = form_at(key).and_then(|form| form.bound()).map(|(quantity, _)| quantity);
+    let found = match declared.or_else(|| of_kind(text, key, registry)) {
+        Some(quantity) => units::parse(written, quantity),
+        None => units::any(written).map(|(value, _)| value),
+    };
+    found.map_err(|words| format!("`{written}` {words}"))
+}
+
 /// A number as it is written, in SI units.
 fn si(value: &Value) -> Option<f64> {
     value.as_f64().or_else(|| units::any(value.as_str()?).ok().map(|(value, _)| value))
@@ -133,6 +149,19 @@ at = { branch = "b.1", s = 0.2 }
         is("constraints.hand.stiffness", 500.0, "");
         let scale = |key: &str| number_at(TEXT, key, &Registry::default()).unwrap().scale;
         assert_eq!((scale("gravity.0"), scale("branches.\"b.1\".length")), (9.81, 1.0));
+    }
+
+    #[test]
+    fn values_for_a_key_have_its_unit_or_none() {
+        let value = |key: &str, written: &str| value_for(TEXT, key, written, &Registry::default());
+        assert_eq!(value("branches.\"b.1\".length", " 5 mm"), Ok(0.005));
+        assert_eq!(value("constraints.hand.at.s", "0.25"), Ok(0.25));
+        for (written, says) in
+            [("5 N", "is a force, not a length"), ("five", "is not a length"), ("inf", "is not a finite number")]
+        {
+            let said = value("branches.\"b.1\".length", written).unwrap_err();
+            assert!(said.contains(says), "{said}");
+        }
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub enum Attachment {
     Branch(String, f64),
     /// To a joint.
     Joint(String),
+    /// To a free end.
+    End(String),
 }
 
 /// The motion of a constraint, through places at equal fractions of a step.
@@ -115,6 +117,26 @@ pub fn with_steps(text: &str, kept: usize, further: &[Written]) -> Result<String
     };
     if empty {
         document.as_table_mut().remove("steps");
+    }
+    Ok(document.to_string())
+}
+
+/// The text with further markers.
+///
+/// # Errors
+/// If the text is not TOML.
+pub fn with_markers(text: &str, further: &[(String, Attachment)]) -> Result<String, Fault> {
+    let mut document = document(text)?;
+    let item = document.as_table_mut().entry("markers").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+    for (name, at) in further {
+        let mut own = Table::new();
+        own["name"] = toml_edit::value(name.as_str());
+        own["at"] = toml_edit::value(place_of(at));
+        match item {
+            Item::Value(Value::Array(list)) => list.push(own.into_inline_table()),
+            Item::ArrayOfTables(tables) => tables.push(own),
+            _ => {}
+        }
     }
     Ok(document.to_string())
 }
@@ -227,6 +249,7 @@ fn place_of(at: &Attachment) -> InlineTable {
     match at {
         Attachment::Branch(branch, s) => inline([("branch", branch.as_str().into()), ("s", number(*s))]),
         Attachment::Joint(joint) => inline([("joint", joint.as_str().into())]),
+        Attachment::End(end) => inline([("end", end.as_str().into())]),
     }
 }
 
@@ -322,7 +345,10 @@ fn unknown(key: &str, part: &Part, place: Span) -> Fault {
     Fault {
         span: place,
         message: format!("`{key}` names no key: there is no `{}`", part.name),
-        help: "write the path to a key with dots, such as branches.left.length".to_owned(),
+        help: match part.name.parse::<usize>() {
+            Ok(_) => "entries of a list count from 0, such as constraints.clip.position.2".to_owned(),
+            Err(_) => "write the path to a key with dots, such as branches.left.length".to_owned(),
+        },
     }
 }
 

@@ -2,12 +2,11 @@
 
 use super::least_squares::{Computed, Model, Stopped};
 use super::points::MeasuredPoint;
-use super::unknowns::Unknown;
+use super::unknowns::{Unknown, with_values};
 use crate::sensitivity::{NoAnswer, Source, Study};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
-use wireloom_core::{StepResult, Value, Vector};
-use wireloom_scenario::record::with_value;
+use wireloom_core::{StepResult, Vector};
 use wireloom_scenario::{Fault, Scenario};
 use wireloom_solve::steps::checkpoint::Checkpoint;
 
@@ -55,12 +54,7 @@ impl Harness<'_> {
     /// # Errors
     /// If a value cannot be written.
     pub fn text(&self, theta: &DVector<f64>) -> Result<String, String> {
-        let mut text = self.source.text.to_string();
-        for (unknown, theta) in self.unknowns.iter().zip(theta) {
-            let value = Value::Number(unknown.value(*theta));
-            text = with_value(&text, &unknown.key, &value, self.source.registry).map_err(|fault| fault.message)?;
-        }
-        Ok(text)
+        with_values(&self.source.text, self.unknowns, theta, self.source.registry)
     }
 
     /// The steps that were measured.

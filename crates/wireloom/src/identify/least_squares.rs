@@ -236,12 +236,30 @@ pub fn minimise(problem: &Problem, start: &DVector<f64>, model: &mut dyn Model) 
     }
 }
 
+/// The starts: the given one, then the others.
+fn starts(problem: &Problem, start: &DVector<f64>) -> impl Iterator<Item = DVector<f64>> {
+    std::iter::once(start.clone()).chain(problem.starts.iter().map(move |more| clamped(problem, &(start + more))))
+}
+
+/// Least sum of the distances of all points at one of the starts, m; infinite if nothing could be computed.
+///
+/// # Errors
+/// If it was stopped.
+pub fn least_distance(problem: &Problem, start: &DVector<f64>, model: &mut dyn Model) -> Result<f64, Stopped> {
+    let mut least = f64::INFINITY;
+    for theta in starts(problem, start) {
+        let Some((residuals, _)) = model.compute(&theta, &mut |_| false)? else { continue };
+        let points = &problem.points;
+        least = least.min((0..points.ranges.len()).map(|k| points.distance(k, &residuals)).sum());
+    }
+    Ok(least)
+}
+
 /// The start of which F is least, with the scale of the noise at the given one.
 fn best_start(problem: &Problem, start: &DVector<f64>, model: &mut dyn Model) -> Result<Option<Minimum>, Stopped> {
     let unknowns = start.len();
     let mut best: Option<(DVector<f64>, f64, f64)> = None;
-    let others = problem.starts.iter().map(|more| clamped(problem, &(start + more)));
-    for theta in std::iter::once(start.clone()).chain(others) {
+    for theta in starts(problem, start) {
         let Some((residuals, _)) = model.compute(&theta, &mut |_| false)? else { continue };
         let scale = best.as_ref().map_or_else(|| problem.points.scale(&residuals, unknowns), |best| best.2);
         let cost = problem.cost(&theta, &residuals, scale);

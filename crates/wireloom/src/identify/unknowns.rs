@@ -1,14 +1,15 @@
 //! The unknowns of a fit: numbers of the scenario, as θ in which their deviations are alike.
 
 use super::least_squares::Prior;
+use nalgebra::DVector;
 use wireloom_core::{Registry, Value};
 use wireloom_scenario::record::with_value;
 use wireloom_scenario::{ByRule, Fault, Scenario, number_at};
 
 /// Units of quantities that are positive, and uncertain by a factor.
 const OF_FACTORS: [&str; 8] = ["N m²", "N", "N/m", "N m", "N m/rad", "kg/m", "kg", "Pa"];
-/// Keys of lengths that are positive.
-const POSITIVE: [&str; 4] = ["length", "diameter", "radius", "thickness"];
+/// Keys of other numbers that are positive.
+const POSITIVE: [&str; 5] = ["length", "diameter", "radius", "thickness", "yield_curvature"];
 /// Units of stiffness and of the moment at which an element slips.
 const STIFF: [&str; 5] = ["N m²", "N", "N/m", "N m", "N m/rad"];
 /// Factor to both sides of the start that an unknown may reach, if it has no other bounds.
@@ -192,6 +193,24 @@ pub fn unknowns(
         own.bounds = [*low, *high];
     }
     Ok((all, text))
+}
+
+/// The text with the values of the unknowns at θ; comments stay.
+///
+/// # Errors
+/// If a value cannot be written.
+pub fn with_values(
+    text: &str,
+    unknowns: &[Unknown],
+    theta: &DVector<f64>,
+    registry: &Registry,
+) -> Result<String, String> {
+    let mut text = text.to_owned();
+    for (unknown, theta) in unknowns.iter().zip(theta) {
+        let value = Value::Number(unknown.value(*theta));
+        text = with_value(&text, &unknown.key, &value, registry).map_err(|fault| fault.message)?;
+    }
+    Ok(text)
 }
 
 /// The priors that hold neighbours to each other.
