@@ -265,10 +265,10 @@ up = [0, 1, 0]
     assert!(of(&u(40), EventKind::CoarseMesh).is_empty());
 }
 
-/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by half a turn, where
-/// the energy has a step, and nothing converges there. It used to be "stalled at round-off" and no more.
+/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by nearly half a turn,
+/// where the energy has a step. It used to be "stalled at round-off" and no more.
 #[test]
-fn what_stalls_at_half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
+fn half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
     let curl = |segments: usize| {
         cable(
             segments,
@@ -294,7 +294,6 @@ load = [{ load = "pull", factor = 1 }]
         )
     };
     let coarse = curl(2);
-    assert_eq!(coarse.status(), Status::Stalled);
     let [told] = of(&coarse, EventKind::CoarseMesh)[..] else { panic!("{:?}", coarse.events) };
     assert!(told.value > Some(3.0), "{told:?}");
     assert_eq!(curl(20).status(), Status::Converged);
