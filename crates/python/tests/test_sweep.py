@@ -171,6 +171,40 @@ def test_a_job_array_computes_the_same_dataset_and_the_next_one_what_is_missing(
     assert digest(sweep) == alone
 
 
+def test_s3_holds_the_same_dataset(
+    scenario: wireloom.Scenario, alone: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moto = pytest.importorskip("moto.server", reason="no local server of S3: pip install 'moto[server]'")
+    boto3 = pytest.importorskip("boto3", reason="no client of S3: pip install boto3")
+    server = moto.ThreadedMotoServer(port=0, verbose=False)
+    server.start()
+    try:
+        url = "http://{}:{}".format(*server.get_host_and_port())
+        for name, value in {
+            "AWS_ACCESS_KEY_ID": "key",
+            "AWS_SECRET_ACCESS_KEY": "secret",
+            "AWS_REGION": "us-east-1",
+            "AWS_ENDPOINT": url,
+            "AWS_ALLOW_HTTP": "true",
+        }.items():
+            monkeypatch.setenv(name, value)
+        s3 = boto3.client("s3", endpoint_url=url, region_name="us-east-1")
+        s3.create_bucket(Bucket="bucket")
+        try:
+            sweep = wireloom.sweep(scenario, into="s3://bucket/some/where", points=200)
+        except wireloom.RequestError as error:
+            assert "built without s3://" in str(error)
+            pytest.skip("the package is built without the feature `cloud`")
+        assert sweep.status().parts == 4
+        assert sweep.compact() == "s3://bucket/some/where/points.parquet"
+        table = s3.get_object(Bucket="bucket", Key="some/where/points.parquet")["Body"].read()
+        assert hashlib.sha256(table).hexdigest() == alone
+        with pytest.raises(wireloom.ResultError, match="the parts of another sweep"):
+            wireloom.sweep(scenario, into="s3://bucket/some/where", columns=["force"])
+    finally:
+        server.stop()
+
+
 def test_files_travel_with_the_scenario(tmp_path: Path) -> None:
     home = tmp_path / "home"
     home.mkdir()
