@@ -53,7 +53,9 @@ impl Dataset {
     /// The store cannot be used, or has another sweep.
     pub fn begin(place: &str, manifest: Manifest) -> Result<Self, Error> {
         let store = Store::open(place, true)?;
-        if !store.create(MANIFEST, manifest.to_bytes())? {
+        // Mostly it is there: reading it is cheaper than trying to write it.
+        let begun = !store.has(MANIFEST)? && store.create(MANIFEST, manifest.to_bytes())?;
+        if !begun {
             let there = Manifest::read(&store)?;
             if there.hash != manifest.hash {
                 return Err(there.differs(&manifest, place));
