@@ -26,8 +26,9 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("testkit", &["core"]),
     ("wireloom", &["core", "models", "shapes", "solve", "gpu", "scenario", "import", "export", "host", "testkit"]),
     ("studio", &["wireloom"]),
-    ("cli", &["wireloom", "studio"]),
-    ("python", &["wireloom", "studio"]),
+    ("dataset", &["wireloom"]),
+    ("cli", &["wireloom", "studio", "dataset"]),
+    ("python", &["wireloom", "studio", "dataset"]),
     ("xtask", &[]),
     ("tests", &["wireloom"]),
 ];
@@ -50,6 +51,7 @@ const ONE_NAMES: &[(&str, &str)] = &[
     ("ctrlc", "cli"),
     ("indicatif", "cli"),
     ("miette", "cli"),
+    ("object_store", "dataset"),
     ("pyo3", "python"),
 ];
 
@@ -60,7 +62,7 @@ const PRINT: &[&str] = &["cli", "xtask"];
 /// Modules that reach out of the program: files, networks, the environment, other programs.
 const OUTSIDE: &[&str] = &["std::fs", "std::net", "std::env", "std::process"];
 /// Crates that may reach out.
-const REACH_OUT: &[&str] = &["cli", "python", "xtask", "host", "studio"];
+const REACH_OUT: &[&str] = &["cli", "python", "xtask", "host", "studio", "dataset"];
 /// A file that is longer has more than one topic.
 const LINES: usize = 900;
 /// Most characters of a line.

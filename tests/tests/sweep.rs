@@ -214,7 +214,7 @@ fn chains(text: &str) -> Result<(Vec<Chain>, Stations), Failed> {
     let stations = Stations::of(&built.network, &built.schedule);
     let (files, minimiser, registry) = (&NoFiles, None, &registry);
     let points = Points { text, files, minimiser, registry, batch: None, sweep, header, stations: stations.clone() };
-    let count = points.chains().len();
+    let count = points.chain_count();
     let kept = Mutex::new((0..count).map(|_| None).collect::<Vec<_>>());
     points.compute(&(0..count).collect::<Vec<_>>(), &Monitor::default(), &|| (), |k, chain| {
         kept.lock().map_err(|_| "poisoned")?[k] = Some(chain);

@@ -3,7 +3,9 @@
 pub mod values;
 
 use clap::{Args, Parser, Subcommand};
+use std::ops::Range;
 use std::path::PathBuf;
+use wireloom_dataset::POINTS;
 
 /// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
 ///
@@ -368,9 +370,13 @@ pub struct PluginFault {
 }
 
 #[derive(Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct SweepArguments {
+    #[command(subcommand)]
+    pub task: Option<SweepTask>,
     /// The scenario
-    pub file: PathBuf,
+    #[arg(required = true)]
+    pub file: Option<PathBuf>,
     /// Folder for the results, made where it is missing [default: out/ and the name of FILE without .toml]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -380,11 +386,50 @@ pub struct SweepArguments {
     /// Write the table as points.csv, too
     #[arg(long)]
     pub csv: bool,
+    /// Write the points in parts, as Parquet files, into this folder or object store, which any number of machines may
+    /// do at a time
+    ///
+    /// Computes the points that no part has yet, or those of --points. A part is created only where there is none of
+    /// its name, so duplicates and retries do no harm. `sweep status` and `sweep compact` take the same URL.
+    #[arg(long, value_name = "DIR|URL", conflicts_with_all = ["out", "csv"])]
+    pub into: Option<String>,
+    /// Compute these points alone, counted from 0; the last number does not count
+    #[arg(long, value_name = "A..B", requires = "into", value_parser = values::range)]
+    pub points: Option<Range<usize>>,
+    /// Number of points of a part, without --points
+    #[arg(long, value_name = "N", requires = "into", conflicts_with = "points", default_value_t = POINTS)]
+    pub each: usize,
+    /// Write these columns of the table only, besides point, status and message
+    #[arg(long, value_name = "COLUMN", requires = "into", num_args = 1.., value_delimiter = ',')]
+    pub columns: Option<Vec<String>>,
     /// Print nothing but faults
     #[arg(long, short)]
     pub quiet: bool,
     #[command(flatten)]
     pub allowed: Allowed,
+}
+
+#[derive(Subcommand)]
+pub enum SweepTask {
+    /// Say which points of a sweep in parts are missing, which failed and why, and how fast it grows
+    ///
+    /// Exit code 2: points are missing.
+    Status {
+        /// What --into was given
+        #[arg(value_name = "DIR|URL")]
+        place: String,
+    },
+    /// Write one sorted table of all parts, points.parquet, beside them
+    ///
+    /// Refused while points are missing or a part is damaged. The table has the bytes of the one that `sweep` writes.
+    Compact {
+        /// What --into was given
+        #[arg(value_name = "DIR|URL")]
+        place: String,
+        /// Print nothing but faults
+        #[arg(long, short)]
+        quiet: bool,
+    },
 }
 
 #[derive(Args)]

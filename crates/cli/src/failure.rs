@@ -65,6 +65,9 @@ pub enum Failure {
     /// A plugin failed outside of a run, or violates its contract.
     #[error("{0}")]
     Plugin(String),
+    /// A sweep in parts could not be written or read.
+    #[error("{0}")]
+    Dataset(wireloom_dataset::Error),
     /// Reading or writing failed.
     #[error("{what}: {source}")]
     Io {
@@ -81,7 +84,8 @@ impl Failure {
         match self {
             Failure::Several(all) => all.iter().map(Failure::code).max().unwrap_or(REFUSED),
             Failure::Refused(_) | Failure::Input(_) => REFUSED,
-            Failure::Io { .. } | Failure::Part(_) | Failure::Plugin(_) => IO,
+            Failure::Dataset(error) if error.is_refusal() => REFUSED,
+            Failure::Dataset(_) | Failure::Io { .. } | Failure::Part(_) | Failure::Plugin(_) => IO,
         }
     }
 

@@ -36,7 +36,7 @@ pub mod statistics;
 
 pub use csv_file::write_csv;
 #[cfg(feature = "parquet")]
-pub use parquet_file::{Writer, read};
+pub use parquet_file::{Grouped, Head, Tail, Writer, head, read};
 
 use crate::ending::{ConstraintEnd, Ending};
 use serde::{Deserialize, Serialize};
@@ -292,6 +292,15 @@ impl Row {
     }
 }
 
+/// Columns for each requirement: `verdict.REQUIREMENT` and so on, with the type of their entries.
+pub const OF_REQUIREMENT: [(&str, Kind); 5] = [
+    ("verdict", Kind::Words),
+    ("worst", Kind::Numbers),
+    ("margin", Kind::Numbers),
+    ("step", Kind::Words),
+    ("where", Kind::Words),
+];
+
 /// A table by columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
@@ -312,6 +321,19 @@ pub enum Column {
     Words(Vec<Option<String>>),
     /// Yes or no.
     Flags(Vec<Option<bool>>),
+}
+
+/// Type of the entries of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Whole numbers.
+    Counts,
+    /// Numbers.
+    Numbers,
+    /// Texts.
+    Words,
+    /// Yes or no.
+    Flags,
 }
 
 /// Columns of the table of a sweep: those of its header, and of the requirements that its points have.
@@ -381,13 +403,15 @@ impl<'h> Layout<'h> {
             };
             let numbers =
                 |of: fn(&Line) -> Option<f64>| Column::Numbers(lines.iter().map(|line| line.and_then(of)).collect());
-            columns.extend([
-                (format!("verdict.{name}"), words(&|line| Some(line.verdict.word().to_owned()))),
-                (format!("worst.{name}"), numbers(|line| line.worst)),
-                (format!("margin.{name}"), numbers(|line| line.margin)),
-                (format!("step.{name}"), words(&|line| line.step.clone())),
-                (format!("where.{name}"), words(&|line| line.place.clone())),
-            ]);
+            let entries = [
+                words(&|line| Some(line.verdict.word().to_owned())),
+                numbers(|line| line.worst),
+                numbers(|line| line.margin),
+                words(&|line| line.step.clone()),
+                words(&|line| line.place.clone()),
+            ];
+            let names = OF_REQUIREMENT.map(|(what, _)| format!("{what}.{name}"));
+            columns.extend(names.into_iter().zip(entries));
         }
         for (k, name) in self.numbers.iter().enumerate() {
             columns.push((name.clone(), Column::Numbers(rows.iter().map(|row| row.numbers[k]).collect())));
@@ -443,6 +467,27 @@ impl Table {
         self
     }
 
+    /// The same with these columns, in this order; null where there is none of that name.
+    #[must_use]
+    pub fn conformed(mut self, columns: &[(String, Kind)]) -> Self {
+        let rows = self.rows();
+        let mut taken = |(name, kind): &(String, Kind)| {
+            let found = self.columns.iter_mut().find(|(other, column)| other == name && column.kind() == *kind);
+            let none = Column::nulls(*kind, 0);
+            let column = found.map(|(_, column)| std::mem::replace(column, none));
+            (name.clone(), column.unwrap_or_else(|| Column::nulls(*kind, rows)))
+        };
+        let columns = columns.iter().map(&mut taken).collect();
+        Self { columns, notes: self.notes }
+    }
+
+    /// Cuts off all rows from `row` on, and returns them.
+    #[must_use]
+    pub fn split_off(&mut self, row: usize) -> Self {
+        let columns = self.columns.iter_mut().map(|(name, column)| (name.clone(), column.split_off(row))).collect();
+        Self { columns, notes: self.notes.clone() }
+    }
+
     /// Adds rows of the same columns; those of an empty table are taken over.
     pub fn append(&mut self, more: Table) {
         if self.columns.is_empty() {
@@ -457,6 +502,35 @@ impl Table {
 }
 
 impl Column {
+    /// Entries that are all null.
+    pub fn nulls(kind: Kind, rows: usize) -> Self {
+        match kind {
+            Kind::Counts => Self::Counts(vec![None; rows]),
+            Kind::Numbers => Self::Numbers(vec![None; rows]),
+            Kind::Words => Self::Words(vec![None; rows]),
+            Kind::Flags => Self::Flags(vec![None; rows]),
+        }
+    }
+
+    /// Type of its entries.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Counts(_) => Kind::Counts,
+            Self::Numbers(_) => Kind::Numbers,
+            Self::Words(_) => Kind::Words,
+            Self::Flags(_) => Kind::Flags,
+        }
+    }
+
+    fn split_off(&mut self, row: usize) -> Self {
+        match self {
+            Self::Counts(entries) => Self::Counts(entries.split_off(row)),
+            Self::Numbers(entries) => Self::Numbers(entries.split_off(row)),
+            Self::Words(entries) => Self::Words(entries.split_off(row)),
+            Self::Flags(entries) => Self::Flags(entries.split_off(row)),
+        }
+    }
+
     fn len(&self) -> usize {
         match self {
             Column::Counts(entries) => entries.len(),

@@ -1,7 +1,7 @@
 //! Failures, and the Python exceptions that they become. The classes are in `python/wireloom/_errors.py`.
 
 use pyo3::call::PyCallArgs;
-use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::exceptions::{PyKeyError, PyOSError, PyPermissionError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use std::io;
@@ -20,6 +20,8 @@ pub enum Failure {
     Io(io::Error),
     /// A file that is not what it should be.
     Result(String),
+    /// A sweep in parts that could not be written or read.
+    Dataset(wireloom_dataset::Error),
     /// A request that cannot be fulfilled, and what to do instead.
     Request(String, String),
     /// A part of the harness that failed during a computation.
@@ -35,6 +37,12 @@ impl Failure {
     pub fn io(what: &str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let what = format!("cannot {what} {}", path.display());
         move |error| Self::Io(io::Error::new(error.kind(), format!("{what}: {error}")))
+    }
+}
+
+impl From<wireloom_dataset::Error> for Failure {
+    fn from(error: wireloom_dataset::Error) -> Self {
+        Self::Dataset(error)
     }
 }
 
@@ -78,6 +86,18 @@ impl From<Failure> for PyErr {
             }
             Failure::Io(error) => error.into(),
             Failure::Result(words) => exception(py, "ResultError", (words,)),
+            Failure::Dataset(error) => {
+                use wireloom_dataset::Error::{Damaged, Denied, Foreign, NoSweep, Other, Store, System};
+                let words = safe(&error.to_string());
+                match error {
+                    Other { .. } | NoSweep { .. } | Foreign { .. } | Damaged { .. } => {
+                        exception(py, "ResultError", (words,))
+                    }
+                    Denied { .. } => PyPermissionError::new_err(words),
+                    Store { .. } | System { .. } => PyOSError::new_err(words),
+                    _ => exception(py, "RequestError", (words,)),
+                }
+            }
             Failure::Request(message, help) => {
                 exception(py, "RequestError", (format!("{}; {}", safe(&message), safe(&help)),))
             }

@@ -8,6 +8,7 @@
 //! | `run` | runs and their files |
 //! | `result` | handles of equilibria and branches; arrays of NumPy that are views of the result's memory |
 //! | `table` | events and requirements as tables of Arrow |
+//! | `sweep` | parts of sweeps, and what is there of them |
 //! | `session` | a harness that is moved by hand |
 //! | `failure` | exceptions |
 
@@ -16,6 +17,7 @@ mod result;
 mod run;
 mod session;
 mod source;
+mod sweep;
 mod table;
 mod worker;
 
@@ -30,6 +32,8 @@ mod _wireloom {
     use crate::session::Session;
     #[pymodule_export]
     use crate::source::{check, read, value_at, with_value};
+    #[pymodule_export]
+    use crate::sweep::{sweep_begin, sweep_compact, sweep_files, sweep_part, sweep_status};
     #[pymodule_export]
     use crate::table::Table;
     #[pymodule_export]

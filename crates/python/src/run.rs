@@ -22,7 +22,7 @@ use wireloom_studio::replay::Recorder;
 use wireloom_studio::{PAGE, scene};
 
 /// Name and version of the program, as the command line writes it into results.
-const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
+pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
 
 /// Handle of a run.
 #[pyclass(frozen, module = "wireloom._wireloom")]

@@ -27,8 +27,7 @@ fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// The text of a file.
-fn text(path: &Path) -> Result<String, String> {
-    let bytes = bytes(path, TEXT).map_err(|error| error.to_string())?;
+fn utf8(bytes: Vec<u8>) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|error| format!("not UTF-8 text (byte {})", error.utf8_error().valid_up_to()))
 }
 
@@ -36,10 +35,15 @@ fn text(path: &Path) -> Result<String, String> {
 #[derive(Default)]
 pub struct Beside {
     folder: Option<PathBuf>,
+    /// Files that came with the scenario from another machine; where there are any, no others are read.
+    held: Option<Held>,
     texts: Mutex<Vec<(String, String)>>,
     /// Names and SHA-256 of files that are no texts.
     hashed: Mutex<BTreeMap<String, String>>,
 }
+
+/// Files by name.
+pub type Held = BTreeMap<String, Vec<u8>>;
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     // Nothing panics while it holds one of these.
@@ -47,9 +51,28 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Beside {
+    /// Those in a folder, or those that came with the scenario.
+    fn new(folder: Option<PathBuf>, held: Option<Held>) -> Self {
+        Self { folder, held, ..Self::default() }
+    }
+
     fn path(&self, path: &str) -> Result<PathBuf, String> {
         let none = "the scenario is a text without a folder: give loads(text, folder=...)";
         Ok(self.folder.as_ref().ok_or(none)?.join(path))
+    }
+
+    fn found(&self, path: &str, most: u64) -> Result<Vec<u8>, String> {
+        match &self.held {
+            Some(held) => held.get(path).cloned().ok_or_else(|| "it did not come with the scenario".to_owned()),
+            None => bytes(&self.path(path)?, most).map_err(|error| error.to_string()),
+        }
+    }
+
+    /// All files that were read.
+    pub fn all(&self) -> Result<Held, String> {
+        let texts = locked(&self.texts).clone().into_iter().map(|(name, text)| Ok((name, text.into_bytes())));
+        let names: Vec<String> = locked(&self.hashed).keys().cloned().collect();
+        texts.chain(names.into_iter().map(|name| Ok((name.clone(), self.found(&name, LARGEST)?)))).collect()
     }
 }
 
@@ -58,13 +81,13 @@ impl Files for Beside {
         if let Some((_, text)) = locked(&self.texts).iter().find(|(known, _)| known == path) {
             return Ok(text.clone());
         }
-        let text = text(&self.path(path)?)?;
+        let text = utf8(self.found(path, TEXT)?)?;
         locked(&self.texts).push((path.to_owned(), text.clone()));
         Ok(text)
     }
 
     fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
-        let bytes = bytes(&self.path(path)?, LARGEST).map_err(|error| error.to_string())?;
+        let bytes = self.found(path, LARGEST)?;
         locked(&self.hashed).insert(path.to_owned(), wireloom::export::sha256(&bytes));
         Ok(bytes)
     }
@@ -93,6 +116,8 @@ pub struct Loaded {
     pub texts: Vec<(String, String)>,
     /// Names and SHA-256 of other files.
     pub hashed: Vec<(String, String)>,
+    /// The files that it names.
+    pub files: Beside,
 }
 
 impl Source {
@@ -103,28 +128,32 @@ impl Source {
 
     /// Reads, checks and builds it.
     pub fn load(&self) -> Result<Loaded, Failure> {
+        self.load_on(wireloom::registry(), None)
+    }
+
+    /// The same with these kinds, and with the files that came with it.
+    pub fn load_on(&self, registry: Registry, held: Option<Held>) -> Result<Loaded, Failure> {
         if let Some((name, span)) = wireloom::scenario::plugins(&self.text).load.into_iter().next() {
             let message = format!("the Python package does not load plugins yet, so \"{name}\" is not loaded");
             let help = "carry the scenario out with the command line: wireloom run".to_owned();
             return Err(self.refused(vec![Fault { span, message, help }]));
         }
-        let registry = wireloom::registry();
-        let files = Beside { folder: self.folder.clone(), ..Beside::default() };
+        let files = Beside::new(self.folder.clone(), held);
         let (scenario, built) =
             wireloom::load_with_files(&self.text, &files, &registry).map_err(|faults| self.refused(faults))?;
         let name = Path::new(&self.name).file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut texts = vec![(name, self.text.clone())];
-        texts.append(&mut locked(&files.texts));
-        let hashed = files.hashed.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().collect();
-        Ok(Loaded { scenario, built, registry, texts, hashed })
+        texts.extend(locked(&files.texts).iter().cloned());
+        let hashed = locked(&files.hashed).clone().into_iter().collect();
+        Ok(Loaded { scenario, built, registry, texts, hashed, files })
     }
 
     /// The same, with the mesh that its accuracy asks for.
     pub fn load_with_mesh(&self, monitor: &Monitor) -> Result<Loaded, Failure> {
-        let Loaded { scenario, built, registry, texts, hashed } = self.load()?;
+        let Loaded { scenario, built, registry, texts, hashed, files } = self.load()?;
         let (scenario, built) =
             wireloom::mesh::by_accuracy(scenario, built, &registry, monitor).map_err(|faults| self.refused(faults))?;
-        Ok(Loaded { scenario, built, registry, texts, hashed })
+        Ok(Loaded { scenario, built, registry, texts, hashed, files })
     }
 }
 

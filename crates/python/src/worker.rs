@@ -73,6 +73,18 @@ pub fn answer<T: Send>(py: Python<'_>, messages: Receiver<T>, monitor: &Monitor)
     (answer, outcome)
 }
 
+/// Work in a thread of its own, which Ctrl-C stops.
+pub fn interruptible<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce(&Monitor) -> Result<T, Failure> + Send + 'static,
+) -> PyResult<T> {
+    let (monitor, (sender, messages)) = (Monitor::default(), channel());
+    let own = monitor.clone();
+    spawn(move || sender.send(caught(|| work(&own)).flatten()))?;
+    let (answer, outcome) = answer(py, messages, &monitor);
+    outcome.and_then(|()| Ok(answer.unwrap_or_else(|| Err(Failure::Internal("the work has vanished".to_owned())))?))
+}
+
 /// Panics where computations do, for the tests of the package.
 #[pyfunction]
 pub fn panic_for_tests(py: Python<'_>, in_thread: bool) -> PyResult<()> {

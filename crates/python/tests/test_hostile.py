@@ -65,6 +65,8 @@ def test_wrong_calls_are_exceptions(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     closed = wireloom.Session(wireloom.loads(wireloom.EXAMPLE))
     closed.close()
     source = (wireloom.EXAMPLE, "x.toml", None)
+    lengths = '[sweep.vary]\n"branches.cable.length" = { from = "0.9 m", to = "1.1 m", count = 3 }'
+    swept = (wireloom.EXAMPLE + lengths, "x.toml", None)
     step = run.steps[-1]
     branch = step.branches["cable"]
 
@@ -106,6 +108,14 @@ def test_wrong_calls_are_exceptions(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         lambda: _wireloom.value_at(source, value()),
         lambda: _wireloom.Session(value()),
         lambda: session._handle.move(value(), value(), value(), value()),
+        lambda: wireloom.sweep(scenario(), value(), client=value(), columns=value(), points=value()),
+        lambda: wireloom.sweep(value(), "parts", columns=value()),
+        lambda: wireloom.slurm(scenario(), value(), value(), columns=value(), points=value(), jobs=value()),
+        lambda: wireloom.Sweep(value()).status(),
+        lambda: wireloom.Sweep(value()).compact(),
+        lambda: _wireloom.sweep_part((source, value(), value(), value()), value(), value(), value()),
+        lambda: _wireloom.sweep_part((swept, None, "parts", None), value(), value(), value()),
+        lambda: _wireloom.sweep_begin((swept, None, value(), value()), value()),
         lambda: wireloom.Branch("x", value()).position,
         lambda: wireloom.Run(value()).steps,
         lambda: wireloom.Interrupted(value()),

@@ -22,7 +22,7 @@ fn main() -> Result<(), String> {
     let stations = Stations::of(&built.network, &built.schedule);
     let (text, files, minimiser, registry) = (&text, &NoFiles, None, &registry);
     let points = Points { text, files, minimiser, registry, batch: None, sweep, header, stations };
-    let chains: Vec<usize> = (0..points.chains().len()).collect();
+    let chains: Vec<usize> = (0..points.chain_count()).collect();
     let rows = Mutex::new(Vec::new());
     // Chains come as they are done; one that could not be kept would end the sweep.
     points.compute(&chains, &Monitor::default(), &|| (), |chain, new| {

@@ -36,7 +36,8 @@
 //!
 //! The chains follow from the number of points alone. So rows are the same to the last bit for any number of threads,
 //! and wherever an interrupted sweep was resumed. With the minimiser `gpu` many chains go to the device together, one
-//! variant each.
+//! variant each. And any range of whole chains ([`Points::chains_of`]) can be computed by another process, on another
+//! machine.
 //!
 //! # Points without a result
 //!
@@ -48,6 +49,7 @@
 
 mod deadline;
 pub(crate) mod outputs;
+mod ranges;
 pub mod tubes;
 
 use deadline::Deadlines;
@@ -57,6 +59,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::io;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 #[cfg(feature = "gpu")]
@@ -64,15 +67,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use tubes::{Lines, Stations};
 use wireloom_core::equilibrium::StepResult;
+use wireloom_core::requirement::Measure;
 use wireloom_core::{Monitor, Network, Registry, Status, Vector};
 use wireloom_export::ending::Ending;
-use wireloom_export::table::{Computed, Extremes, REFUSED};
+use wireloom_export::table::{Computed, Extremes, REFUSED, statistics};
 use wireloom_scenario::sweep::{Axis, Output, Value};
 use wireloom_scenario::{Built, Fault, Files};
 use wireloom_shapes::swept::{Envelope, TooFine};
 use wireloom_solve::steps::checkpoint::{Checkpoint, Observer, Resumed};
 use wireloom_solve::{Control, Progress};
 
+pub use ranges::NotWhole;
 pub use wireloom_export::gltf::Tube;
 pub use wireloom_export::table::{CRASHED, Cell, Header, Row, TIME_LIMIT};
 #[cfg(feature = "gpu")]
@@ -130,7 +135,7 @@ pub fn run(text: &str, files: &(dyn Files + Sync), registry: &Registry) -> Resul
     let header = header(sweep, &built.network);
     let stations = Stations::of(&built.network, &built.schedule);
     let points = Points { text, files, minimiser: None, registry, batch: None, sweep, header, stations };
-    let chains: Vec<usize> = (0..points.chains().len()).collect();
+    let chains: Vec<usize> = (0..points.chain_count()).collect();
     let done = Mutex::new(Vec::new());
     let kept = points.compute(&chains, &Monitor::default(), &|| (), |chain, computed| {
         done.lock().unwrap_or_else(PoisonError::into_inner).push((chain, computed.rows));
@@ -219,6 +224,15 @@ pub fn threads() -> usize {
     rayon::current_num_threads()
 }
 
+/// Does work for which [`Points::compute`] and all that it calls have this many threads, instead of one for each core.
+///
+/// # Errors
+/// The threads cannot be started.
+pub fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> io::Result<R> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(io::Error::other)?;
+    Ok(pool.install(work))
+}
+
 /// The balanced start of a point.
 struct Start {
     network: Network,
@@ -235,16 +249,55 @@ enum Began<'s> {
 }
 
 impl Points<'_> {
-    /// Chains: ranges of consecutive points.
-    pub fn chains(&self) -> Vec<Range<usize>> {
-        let points = self.sweep.points;
+    /// Number of points of a chain; the last one may be shorter.
+    pub fn chain_length(&self) -> usize {
         let longest = if self.batch.is_some() { LONGEST_TOGETHER } else { LONGEST };
-        let length = (points / CHAINS).clamp(1, longest);
-        (0..points).step_by(length).map(|first| first..(first + length).min(points)).collect()
+        (self.sweep.points / CHAINS).clamp(1, longest)
     }
 
-    /// Computes chains, given by their indices in [`Self::chains`], on all cores until `monitor` is told to stop.
-    /// `keep` is called with each chain that is done, `done` for each point.
+    /// Number of chains.
+    pub fn chain_count(&self) -> usize {
+        self.sweep.points.div_ceil(self.chain_length())
+    }
+
+    /// The points of a chain, by its index.
+    pub fn points_of(&self, chain: usize) -> Range<usize> {
+        let first = chain * self.chain_length();
+        first..(first + self.chain_length()).min(self.sweep.points)
+    }
+
+    /// The chains, by their indices, that a range of points is made of.
+    ///
+    /// # Errors
+    /// It is not made of whole chains.
+    pub fn chains_of(&self, points: Range<usize>) -> Result<Range<usize>, NotWhole> {
+        ranges::chains(points, self.chain_length(), self.sweep.points)
+    }
+
+    /// Metadata of the table of its points; `program`: name and version of the program, `file`: name of the scenario's
+    /// file, `requirements`: those that its points have.
+    pub fn notes(
+        &self,
+        program: &str,
+        scenario: &str,
+        file: &str,
+        requirements: &[(String, Measure)],
+    ) -> Vec<(String, String)> {
+        let crossed: Vec<&str> = self.sweep.axes[..self.sweep.crossed].iter().map(|axis| axis.key.as_str()).collect();
+        let notes = [
+            ("wireloom.program", program),
+            ("wireloom.scenario", scenario),
+            ("wireloom.text", self.text),
+            (statistics::FILE, file),
+            (statistics::METHOD, self.sweep.method.word()),
+            (statistics::CROSSED, &crossed.join("\n")),
+            (statistics::REQUIREMENTS, &statistics::requirement_lines(requirements)),
+        ];
+        notes.map(|(key, text)| (key.to_owned(), text.to_owned())).to_vec()
+    }
+
+    /// Computes chains, given by their indices, on all cores until `monitor` is told to stop. `keep` is called with
+    /// each chain that is done, `done` for each point.
     ///
     /// # Errors
     /// The first one of `keep`.
@@ -255,7 +308,6 @@ impl Points<'_> {
         done: &(dyn Fn() + Sync),
         keep: impl Fn(usize, Chain) -> Result<(), E> + Sync,
     ) -> Result<(), E> {
-        let all = self.chains();
         let deadlines = Deadlines::new(self.sweep.time_limit, monitor);
         let without = Without::default();
         let watched = |work: Work| {
@@ -264,7 +316,7 @@ impl Points<'_> {
             }
         };
         let chain = |&k: &usize| match self
-            .chain(all[k].clone(), &Job { deadlines: &deadlines, without: &without, watched: &watched })
+            .chain(self.points_of(k), &Job { deadlines: &deadlines, without: &without, watched: &watched })
         {
             Some(computed) => keep(k, computed),
             None => Ok(()),
@@ -279,8 +331,8 @@ impl Points<'_> {
         })
     }
 
-    /// Computes one chain, given by its index in [`Self::chains`], on this thread, without some points. `watched` is
-    /// called as the work goes on. `None`: `monitor` has stopped it.
+    /// Computes one chain, given by its index, on this thread, without some points. `watched` is called as the work
+    /// goes on. `None`: `monitor` has stopped it.
     pub fn chain_without(
         &self,
         chain: usize,
@@ -288,9 +340,8 @@ impl Points<'_> {
         monitor: &Monitor,
         watched: &dyn Fn(Work),
     ) -> Option<Chain> {
-        let points = self.chains().swap_remove(chain);
         let deadlines = Deadlines::new(self.sweep.time_limit, monitor);
-        deadlines.watch(|| self.chain(points, &Job { deadlines: &deadlines, without, watched }))
+        deadlines.watch(|| self.chain(self.points_of(chain), &Job { deadlines: &deadlines, without, watched }))
     }
 
     /// A chain; `None` if it was stopped.

@@ -8,8 +8,15 @@ const DENY: &str = "0.20.2";
 const DUCKDB: &str = "2.0.0";
 const EXUDYN: &str = "1.13.6";
 /// What the Python package needs to be packed and tested.
-const PACKING: [&str; 6] =
-    ["maturin==1.16.0", "matplotlib>=3.8", "mypy==2.4.1", "numpy>=2,<3", "pytest==9.2.0", "wheel>=0.45"];
+const PACKING: [&str; 7] = [
+    "distributed>=2026.8",
+    "maturin==1.16.0",
+    "matplotlib>=3.8",
+    "mypy==2.4.1",
+    "numpy>=2,<3",
+    "pytest==9.2.0",
+    "wheel>=0.45",
+];
 
 /// Makes sure that `cargo fmt` and `cargo clippy` are installed.
 pub fn components() -> Result<(), String> {
@@ -89,7 +96,7 @@ pub fn deny() -> Result<String, String> {
 
 /// Installs what the Python package needs to be packed and tested; `python`: the one of [`python`].
 pub fn packing(python: &str) -> Result<(), String> {
-    let known = "import maturin, matplotlib, mypy, numpy, pytest, wheel";
+    let known = "import distributed, maturin, matplotlib, mypy, numpy, pytest, wheel";
     if works(&mut command(python, &["-c", known])) {
         return Ok(());
     }

@@ -1,6 +1,7 @@
 //! Values on the command line.
 
 use crate::failure::Failure;
+use std::ops::Range;
 use wireloom::scenario::Setting;
 
 /// A length in m from `10 mm`, `0.01 m` or `0.01`; above zero.
@@ -34,6 +35,14 @@ pub fn ratio(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A range of points from `0..64`.
+pub fn range(text: &str) -> Result<Range<usize>, String> {
+    let help = || format!("`{text}` is no range of points: write 0..64, where 64 does not count");
+    let (start, end) = text.split_once("..").ok_or_else(help)?;
+    let number = |text: &str| text.trim().parse().map_err(|_| help());
+    Ok(number(start)?..number(end)?)
+}
+
 /// A setting from KEY=VALUE.
 pub fn setting(set: &str) -> Result<Setting, Failure> {
     let Some((key, value)) = set.split_once('=') else {
@@ -44,7 +53,15 @@ pub fn setting(set: &str) -> Result<Setting, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{length, ratio};
+    use super::{length, range, ratio};
+
+    #[test]
+    fn ranges_have_two_ends() {
+        assert_eq!((range("0..64"), range(" 64 .. 128 ")), (Ok(0..64), Ok(64..128)));
+        for text in ["", "7", "0-64", "..64", "0..", "-1..3", "0..=64", "a..b", "0...64"] {
+            assert!(range(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn ratios_are_numbers_or_percent() {

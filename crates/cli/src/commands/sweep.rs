@@ -11,12 +11,16 @@
 //! | `.wireloom/sweep/NNNNNN` | chains of points that are done, until the sweep ends |
 //! | `.wireloom/sweep/NNNNNN-swept` | the space swept in a chain, likewise |
 //! | `.wireloom/sweep/NNNNNN-lines` | centre lines of the points of a chain, likewise |
+//!
+//! With `--into` parts are written instead ([`wireloom_dataset`]).
 
+mod dataset;
+mod into;
 mod job;
 mod pool;
 pub mod process;
 
-use crate::arguments::SweepArguments;
+use crate::arguments::{SweepArguments, SweepTask};
 use crate::failure::{Failure, Outcome};
 use crate::files::envelope;
 use crate::files::folder::Folder;
@@ -25,26 +29,22 @@ use crate::files::saved::{decode, encode, present};
 use crate::messages::Computed;
 use crate::print::points;
 use crate::print::progress::Bar;
-use crate::program::PROGRAM;
 use crate::{interrupt, messages};
 use job::{Job, Origin};
-use pool::Pool;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 use wireloom::export::gltf;
-use wireloom::export::table::statistics::{self, CROSSED, METHOD, REQUIREMENTS, is_needed, keys};
-use wireloom::export::table::{FILE, Layout, Row, Table, Writer, write_csv};
+use wireloom::export::table::statistics::{is_needed, keys};
+use wireloom::export::table::{FILE, Grouped, Layout, Row, Table, write_csv};
 use wireloom::harness::Surface;
 use wireloom::shapes::swept::Envelope;
-use wireloom::sweep::Sweep;
+use wireloom::sweep::Points;
 
 const PARTS: &str = "sweep";
 const ORIGIN: &str = "sweep/origin";
 /// Help where a part is damaged.
 const HELP: &str = "remove it, and the same command goes on";
-/// Fields of a part of the table that is written at once: 32 MB.
-const FIELDS: usize = 1 << 21;
 /// Name of the table as text.
 const CSV: &str = "points.csv";
 /// Name of the mesh of the swept space.
@@ -52,18 +52,28 @@ const MESH: &str = "swept.glb";
 /// Name of the tubes of the tolerance envelope.
 const TUBES: &str = "swept-tubes.glb";
 
-/// Carries out a sweep, or goes on with it where it was interrupted.
+/// Carries out a sweep, or what is to be done with one in parts.
 pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let file = &arguments.file;
+    match (&arguments.task, &arguments.file, &arguments.into) {
+        (Some(SweepTask::Status { place }), ..) => dataset::status(place, out),
+        (Some(SweepTask::Compact { place, quiet }), ..) => dataset::compact(place, *quiet, out),
+        (None, Some(file), Some(place)) => into::into(arguments, file, place, out),
+        (None, Some(file), None) => whole(arguments, file, out),
+        (None, None, _) => Err(Failure::Input("no scenario is given".to_owned())),
+    }
+}
+
+/// Carries out a sweep, or goes on with it where it was interrupted.
+fn whole(arguments: &SweepArguments, file: &Path, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let bar = Bar::new(format!("reading {}", file.display()), !arguments.quiet);
     let job = Job::read(file, arguments.minimiser.as_deref(), &arguments.allowed)?;
     let (loaded, sweep, points) = (&job.loaded, job.sweep(), job.points());
     let mut folder = Folder::of_results(arguments.out.as_deref(), file)?;
     let place = folder.path().to_path_buf();
     let parts = Parts::begin(&mut folder, &job.origin)?;
-    let chains = points.chains();
-    let to_do = parts.to_do(chains.len())?;
-    let left: usize = to_do.iter().map(|k| chains[*k].len()).sum();
+    let chains = points.chain_count();
+    let to_do = parts.to_do(chains)?;
+    let left: usize = to_do.iter().map(|k| points.points_of(*k).len()).sum();
     if left < sweep.points && !arguments.quiet {
         writeln!(out, "going on after {} points", sweep.points - left).map_err(Failure::standard_output)?;
         out.flush().map_err(Failure::standard_output)?;
@@ -71,11 +81,7 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     bar.count(&loaded.scenario.name, "points", sweep.points, sweep.points - left);
     interrupt::listen();
     let done = || bar.one();
-    if job.has_plugins() && points.batch.is_none() {
-        Pool::new(arguments, &job).compute(&to_do, &done, |k, chain| parts.keep(k, chain))?;
-    } else {
-        points.compute(&to_do, interrupt::monitor(), &done, |k, chain| parts.keep(k, &Computed::of(chain)))?;
-    }
+    pool::compute((&job, &points), arguments, &to_do, &done, |k, chain| parts.keep(k, &chain))?;
     if interrupt::asked() {
         drop(bar);
         let words = format!("interrupted; the same command goes on, from {}", place.display());
@@ -84,19 +90,18 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     }
     bar.say(format!("writing {FILE}"));
     let mut layout = Layout::new(&points.header);
-    for k in 0..chains.len() {
+    for k in 0..chains {
         layout.add(&parts.read(k)?);
     }
-    let mut notes = notes((&loaded.scenario.name, file, &loaded.texts[0].1), sweep, &layout);
-    notes.extend(plugin_notes(&job.origin));
-    let blocks = Blocks { layout: &layout, parts: &parts, chains: chains.len() };
+    let notes = job.notes(&points, layout.requirements());
+    let tables = Tables { layout: &layout, parts: &parts, points: &points };
     let mut brief = Table { columns: vec![], notes: notes.clone() };
     folder.write(FILE, |out| {
         let empty = Table { notes, ..layout.table(0, &[]) };
         let shown: Vec<String> = keys(&empty).into_iter().map(str::to_owned).collect();
-        let mut file = Writer::begin(&empty, out)?;
-        blocks.each(|table| {
-            file.append(&table)?;
+        let mut file = Grouped::begin(&empty, out)?;
+        tables.each(|table| {
+            file.add(table.clone())?;
             brief.append(table.with_columns(|name| is_shown(name) || shown.iter().any(|key| key == name)));
             Ok(())
         })?;
@@ -106,14 +111,14 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
     if arguments.csv {
         folder.write(CSV, |mut out| {
             let mut heading = true;
-            blocks.each(|table| write_csv(&table, std::mem::take(&mut heading), &mut out))
+            tables.each(|table| write_csv(&table, std::mem::take(&mut heading), &mut out))
         })?;
         written.push(CSV);
     }
     let mut remark = None;
     if let Some(cell) = sweep.swept {
         bar.say(format!("writing {MESH}"));
-        let surface = parts.swept(chains.len(), cell)?;
+        let surface = parts.swept(chains, cell)?;
         match &surface {
             Some(surface) => {
                 folder.write(MESH, |mut out| gltf::write_surface("swept", surface, &mut out))?;
@@ -122,7 +127,7 @@ pub fn sweep(arguments: &SweepArguments, out: &mut dyn Write) -> Result<Outcome,
             None => remark = Some(format!("{MESH} is not written: cells of {cell} m take too much memory")),
         }
         bar.say(format!("writing {TUBES}"));
-        let tubes = points.stations.tubes(chains.len(), |k| present(&parts.0, &lines(k), HELP))?;
+        let tubes = points.stations.tubes(chains, |k| present(&parts.0, &lines(k), HELP))?;
         folder.write(TUBES, |mut out| gltf::write_tubes(&tubes, &mut out))?;
         written.push(TUBES);
         envelope::keep(&parts.0, &tubes, &surface.unwrap_or_default())?;
@@ -150,54 +155,18 @@ fn is_shown(column: &str) -> bool {
         || matches!(column, "polish" | "message")
 }
 
-/// Metadata of the table.
-fn notes((scenario, file, text): (&str, &Path, &str), sweep: &Sweep, layout: &Layout<'_>) -> Vec<(String, String)> {
-    let crossed: Vec<&str> = sweep.axes[..sweep.crossed].iter().map(|axis| axis.key.as_str()).collect();
-    let requirements: Vec<String> =
-        layout.requirements().iter().map(|(name, measure)| format!("{}\t{name}", measure.word())).collect();
-    let notes = [
-        ("wireloom.program", PROGRAM.to_owned()),
-        ("wireloom.scenario", scenario.to_owned()),
-        ("wireloom.text", text.to_owned()),
-        (statistics::FILE, file.file_name().unwrap_or_default().to_string_lossy().into_owned()),
-        (METHOD, sweep.method.word().to_owned()),
-        (CROSSED, crossed.join("\n")),
-        (REQUIREMENTS, requirements.join("\n")),
-    ];
-    notes.map(|(key, text)| (key.to_owned(), text)).to_vec()
-}
-
-/// Metadata of the table on the plugins that took part: a line for each, and a line for each remark on their kinds.
-fn plugin_notes(origin: &Origin) -> Vec<(String, String)> {
-    let plugins: Vec<String> = origin.plugins.iter().map(ToString::to_string).collect();
-    let remarks = wireloom::plugins::notes();
-    let notes = [("wireloom.plugins", plugins), ("wireloom.notes", remarks)];
-    notes
-        .into_iter()
-        .filter(|(_, lines)| !lines.is_empty())
-        .map(|(key, lines)| (key.to_owned(), lines.join("\n")))
-        .collect()
-}
-
-/// The table, block by block, so that not all of it is in memory.
-struct Blocks<'p> {
+/// The table, chain by chain, so that not all of it is in memory.
+struct Tables<'p> {
     layout: &'p Layout<'p>,
     parts: &'p Parts,
-    chains: usize,
+    points: &'p Points<'p>,
 }
 
-impl Blocks<'_> {
+impl Tables<'_> {
     fn each(&self, mut write: impl FnMut(Table) -> io::Result<()>) -> io::Result<()> {
-        let width = self.layout.table(0, &[]).columns.len().max(1);
-        let (mut first, mut rows) = (0, vec![]);
-        for k in 0..self.chains {
-            let read = self.parts.read(k);
-            rows.append(&mut read.map_err(|failure| io::Error::other(failure.to_string()))?);
-            if rows.len() * width >= FIELDS || k + 1 == self.chains {
-                write(self.layout.table(first, &rows))?;
-                first += rows.len();
-                rows.clear();
-            }
+        for k in 0..self.points.chain_count() {
+            let rows = self.parts.read(k).map_err(|failure| io::Error::other(failure.to_string()))?;
+            write(self.layout.table(self.points.points_of(k).start, &rows))?;
         }
         Ok(())
     }

@@ -1,16 +1,23 @@
 //! Tables as Parquet files.
+//!
+//! | column | encoding |
+//! | --- | --- |
+//! | whole numbers | differences (delta binary packed) |
+//! | numbers | byte stream split: the first bytes of all numbers, then the second ones; they compress well |
+//! | texts | dictionary |
+//! | yes or no | bits |
 
-use super::{Column, Table};
+use super::{Column, Kind, Table};
 use bytes::Bytes;
-use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::ColumnReader;
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use parquet::file::metadata::{KeyValue, ParquetMetaData, ParquetMetaDataReader};
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
-use parquet::schema::types::Type;
+use parquet::schema::types::{ColumnPath, Type};
 use std::io::{self, Write};
 use std::sync::Arc;
 
@@ -30,11 +37,22 @@ impl<W: Write + Send> Writer<W> {
             let fields = fields.collect::<Result<Vec<_>, ParquetError>>()?;
             let schema = Arc::new(Type::group_type_builder("points").with_fields(fields).build()?);
             let notes = table.notes.iter().map(|(key, text)| KeyValue::new(key.clone(), text.clone())).collect();
-            let properties = WriterProperties::builder()
+            let mut properties = WriterProperties::builder()
                 .set_compression(Compression::SNAPPY)
-                .set_key_value_metadata(Some(notes))
-                .build();
-            Ok(Self { file: SerializedFileWriter::new(out, schema, Arc::new(properties))? })
+                .set_statistics_enabled(EnabledStatistics::Chunk)
+                .set_key_value_metadata(Some(notes));
+            for (name, column) in &table.columns {
+                // A name with dots is one name.
+                let path = ColumnPath::new(vec![name.clone()]);
+                let encoding = match column.kind() {
+                    Kind::Counts => Encoding::DELTA_BINARY_PACKED,
+                    Kind::Numbers => Encoding::BYTE_STREAM_SPLIT,
+                    Kind::Words | Kind::Flags => continue,
+                };
+                properties =
+                    properties.set_column_dictionary_enabled(path.clone(), false).set_column_encoding(path, encoding);
+            }
+            Ok(Self { file: SerializedFileWriter::new(out, schema, Arc::new(properties.build()))? })
         };
         attempt(out).map_err(io::Error::other)
     }
@@ -71,6 +89,50 @@ impl<W: Write + Send> Writer<W> {
     }
 }
 
+/// Fields of a part of a table that is written at once: 32 MB.
+const FIELDS: usize = 1 << 21;
+
+/// Writer of a table that grows chain by chain. However the chains come, equal rows give equal bytes.
+pub struct Grouped<W: Write + Send> {
+    writer: Writer<W>,
+    columns: usize,
+    pending: Table,
+}
+
+impl<W: Write + Send> Grouped<W> {
+    /// Begins a file with the columns and the metadata of a table, without its rows.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn begin(table: &Table, out: W) -> io::Result<Self> {
+        let writer = Writer::begin(table, out)?;
+        Ok(Self { writer, columns: table.columns.len().max(1), pending: Table::default() })
+    }
+
+    /// Adds the rows of a chain.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn add(&mut self, chain: Table) -> io::Result<()> {
+        self.pending.append(chain);
+        if self.pending.rows() * self.columns >= FIELDS { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let pending = std::mem::take(&mut self.pending);
+        if pending.rows() > 0 { self.writer.append(&pending) } else { Ok(()) }
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.flush()?;
+        self.writer.finish()
+    }
+}
+
 fn put<T: DataType, E>(
     group: &mut SerializedRowGroupWriter<'_, impl Write + Send>,
     entries: &[Option<E>],
@@ -91,8 +153,7 @@ pub fn read(bytes: Vec<u8>) -> io::Result<Table> {
     let attempt = || -> Result<Table, ParquetError> {
         let file = SerializedFileReader::new(Bytes::from(bytes))?;
         let metadata = file.metadata();
-        let notes = metadata.file_metadata().key_value_metadata().into_iter().flatten();
-        let notes = notes.map(|note| (note.key.clone(), note.value.clone().unwrap_or_default())).collect();
+        let notes = notes(metadata);
         let mut columns: Vec<(String, Column)> = Vec::new();
         for g in 0..metadata.num_row_groups() {
             let group = file.get_row_group(g)?;
@@ -115,6 +176,62 @@ pub fn read(bytes: Vec<u8>) -> io::Result<Table> {
     attempt().map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
 
+fn notes(metadata: &ParquetMetaData) -> Vec<(String, String)> {
+    let notes = metadata.file_metadata().key_value_metadata().into_iter().flatten();
+    notes.map(|note| (note.key.clone(), note.value.clone().unwrap_or_default())).collect()
+}
+
+/// What stands at the end of a file: its columns and metadata, without rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Head {
+    /// The table without its rows.
+    pub table: Table,
+    /// Number of its rows.
+    pub rows: usize,
+}
+
+/// The end of a file that [`Writer`] has written, or a part of it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tail {
+    /// All that was looked for.
+    Head(Head),
+    /// It needs this number of bytes from the end of the file.
+    Short(u64),
+}
+
+/// Reads columns and metadata of a table from the last bytes of its file.
+///
+/// # Errors
+/// `InvalidData`, with the reason, where it is none.
+pub fn head(tail: Vec<u8>, size: u64) -> io::Result<Tail> {
+    let attempt = || -> Result<Tail, ParquetError> {
+        let mut reader = ParquetMetaDataReader::new();
+        match reader.try_parse_sized(&Bytes::from(tail), size) {
+            Err(ParquetError::NeedMoreData(bytes)) => return Ok(Tail::Short(bytes as u64)),
+            parsed => parsed?,
+        }
+        let metadata = reader.finish()?;
+        let columns = metadata.file_metadata().schema_descr().columns().iter().map(|column| {
+            let kind = match column.physical_type() {
+                Physical::INT64 => Kind::Counts,
+                Physical::DOUBLE => Kind::Numbers,
+                Physical::BYTE_ARRAY => Kind::Words,
+                Physical::BOOLEAN => Kind::Flags,
+                _ => return Err(foreign()),
+            };
+            Ok((column.name().to_owned(), Column::nulls(kind, 0)))
+        });
+        let table = Table { columns: columns.collect::<Result<_, _>>()?, notes: notes(&metadata) };
+        let rows = usize::try_from(metadata.file_metadata().num_rows()).unwrap_or(0);
+        Ok(Tail::Head(Head { table, rows }))
+    };
+    attempt().map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+}
+
+fn foreign() -> ParquetError {
+    ParquetError::General("a column is neither number, text nor flag".to_owned())
+}
+
 fn entries(reader: ColumnReader, rows: usize) -> Result<Column, ParquetError> {
     macro_rules! read {
         ($reader:expr, $stored:expr) => {{
@@ -131,7 +248,7 @@ fn entries(reader: ColumnReader, rows: usize) -> Result<Column, ParquetError> {
         ColumnReader::DoubleColumnReader(reader) => Column::Numbers(read!(reader, |x| x)),
         ColumnReader::BoolColumnReader(reader) => Column::Flags(read!(reader, |x| x)),
         ColumnReader::ByteArrayColumnReader(reader) => Column::Words(read!(reader, text)),
-        _ => return Err(ParquetError::General("a column is neither number, text nor flag".to_owned())),
+        _ => return Err(foreign()),
     })
 }
 

@@ -36,6 +36,12 @@ pub const CROSSED: &str = "wireloom.crossed";
 /// Note of the table: a line for each requirement: word of its measure, tab, name.
 pub const REQUIREMENTS: &str = "wireloom.requirements";
 
+/// The text of the note [`REQUIREMENTS`].
+pub fn requirement_lines(requirements: &[(String, Measure)]) -> String {
+    let lines: Vec<String> = requirements.iter().map(|(name, measure)| format!("{}\t{name}", measure.word())).collect();
+    lines.join("\n")
+}
+
 /// Note of the table: name of the scenario's file.
 pub const FILE: &str = "wireloom.file";
 

@@ -27,6 +27,8 @@ from ._example import EXAMPLE
 from ._run import Branch, Constraint, Event, Joint, Moment, Place, Requirement, Run, Step, Table
 from ._scenario import Scenario, from_dict, load, loads
 from ._session import Session
+from ._slurm import slurm
+from ._sweep import Failed, Sweep, SweepStatus, sweep
 from ._wireloom import __version__
 
 __all__ = [
@@ -37,6 +39,7 @@ __all__ = [
     "Diagnostic",
     "Error",
     "Event",
+    "Failed",
     "InternalError",
     "Interrupted",
     "Joint",
@@ -51,11 +54,15 @@ __all__ = [
     "ScenarioError",
     "Session",
     "Step",
+    "Sweep",
+    "SweepStatus",
     "Table",
     "__version__",
     "from_dict",
     "load",
     "loads",
+    "slurm",
+    "sweep",
 ]
 
 # Users meet these names in tracebacks and in `repr`.

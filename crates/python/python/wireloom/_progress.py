@@ -1,4 +1,4 @@
-"""The line of progress of a run."""
+"""The line of progress of long work."""
 
 from __future__ import annotations
 
@@ -7,16 +7,22 @@ from types import TracebackType
 
 
 class Progress:
-    """A line on standard error, written anew at every increment."""
+    """A line on standard error, which is written anew as the work goes on."""
 
-    def __init__(self, shown: bool) -> None:
+    def __init__(self, shown: bool, words: str = "finding the initial equilibrium") -> None:
         self._shown = shown
+        self._words = words
         self._width = 0
 
     def __enter__(self) -> Progress:
         if self._shown:
-            self._write("finding the initial equilibrium")
+            self._write(self._words)
         return self
+
+    def say(self, words: str) -> None:
+        """What is done so far."""
+        if self._shown:
+            self._write(words)
 
     def show(self, step: str, index: int, steps: int, increment: int, increments: int) -> None:
         """The end of an increment."""

@@ -8,6 +8,9 @@ Path: TypeAlias = str | PathLike[str]
 Source: TypeAlias = tuple[str, str, str | None]
 """Text, name and folder of a scenario."""
 
+Task: TypeAlias = tuple[Source, dict[str, bytes] | None, str, list[str] | None]
+"""Scenario of a sweep, the files that travel with it, the folder or URL of its parts, and chosen columns."""
+
 At: TypeAlias = tuple[str, int, int]
 """Step, its index from 0, and increment from 1."""
 

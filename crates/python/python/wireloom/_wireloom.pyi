@@ -5,7 +5,7 @@ from os import PathLike
 from typing import Any, final
 
 from ._errors import Diagnostic
-from ._types import At, Path, Place, Source
+from ._types import At, Path, Place, Source, Task
 
 __all__ = [
     "Branch",
@@ -21,6 +21,11 @@ __all__ = [
     "panic_for_tests",
     "read",
     "run",
+    "sweep_begin",
+    "sweep_compact",
+    "sweep_files",
+    "sweep_part",
+    "sweep_status",
     "value_at",
     "with_value",
 ]
@@ -37,6 +42,20 @@ def run(
     on_increment: Callable[[Step], object] | None,
 ) -> Run: ...
 def open(path: Path) -> Run: ...
+def sweep_files(source: Source) -> dict[str, bytes]: ...
+def sweep_begin(task: Task, size: int) -> tuple[int, list[tuple[int, int]]]: ...
+def sweep_part(task: Task, first: int, end: int, threads: int) -> tuple[int, int, bool]: ...
+def sweep_status(
+    place: str,
+) -> tuple[
+    tuple[int, int, int, int, list[tuple[int, int]]],
+    list[tuple[str, int, list[tuple[str, int]]]],
+    float | None,
+    list[tuple[str, str]],
+    list[str],
+    bool,
+]: ...
+def sweep_compact(place: str) -> tuple[str, int, int, int]: ...
 def panic_for_tests(in_thread: bool) -> None: ...
 @final
 class Run:

@@ -6,7 +6,9 @@ use super::sweep_outputs;
 use crate::fault::did_you_mean;
 use crate::format::units;
 use crate::span::Span;
-use crate::sweep::{Axis, Condition, Design, MAX_POINTS, MAX_SOBOL_KEYS, Method, Output, Range, Sweep, Value};
+use crate::sweep::{
+    Axis, Condition, Design, MAX_LISTED, MAX_POINTS, MAX_SOBOL_KEYS, Method, Output, Range, Sweep, Value,
+};
 use toml::Spanned;
 use toml::de::DeValue;
 use wireloom_core::steps::Step;
@@ -75,8 +77,10 @@ pub(crate) fn sweep(entry: &Entry<'_>, names: &Names<'_>, steps: &[Step]) -> Opt
         _ => samples.unwrap_or(1),
     };
     let whole = product(&counts[..crossed]).saturating_mul(samples);
-    if whole > MAX_POINTS {
-        entry.fault_here(format!("this sweep has {whole} points"), format!("at most {MAX_POINTS} are possible"));
+    let conditional = axes.iter().any(|axis| !axis.when.is_empty());
+    let (most, kind) = if conditional { (MAX_LISTED, " with `when`") } else { (MAX_POINTS, "") };
+    if whole > most {
+        entry.fault_here(format!("this sweep has {whole} points"), format!("at most {most} are possible{kind}"));
         return None;
     }
     if method == Method::Sobol && axes.len() - crossed > MAX_SOBOL_KEYS {

@@ -48,7 +48,7 @@ pub fn monte_carlo(points: usize, minimiser: Option<&str>, batch: Option<&Batch>
     let all = Points { text: SCENARIO, files: &NoFiles, minimiser, registry, batch, sweep, header, stations };
     let clock = Instant::now();
     let statuses: Mutex<Vec<(String, usize)>> = Mutex::default();
-    let chains: Vec<usize> = (0..all.chains().len()).collect();
+    let chains: Vec<usize> = (0..all.chain_count()).collect();
     let kept = all.compute(&chains, &Monitor::default(), &|| (), |_, chain| {
         let mut statuses = statuses.lock().expect("no thread panics while it holds the lock");
         for row in chain.rows {

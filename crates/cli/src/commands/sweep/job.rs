@@ -8,14 +8,15 @@ use crate::plugin::trust::Trust;
 use crate::program::PROGRAM;
 use crate::size;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-use wireloom::result::Library;
+use std::path::{Path, PathBuf};
+use wireloom::result::{Library, Measure};
 use wireloom::scenario::Setting;
 use wireloom::sweep::tubes::Stations;
 use wireloom::sweep::{Points, Sweep, header};
+use wireloom_dataset::{Dataset, Manifest};
 
 /// Version of the files of an interrupted sweep; changes with their meaning.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 
 /// Origin of a sweep.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -24,6 +25,8 @@ pub struct Origin {
     program: String,
     minimiser: Option<String>,
     texts: Vec<(String, String)>,
+    /// Names and SHA-256 of files that are no texts.
+    hashed: Vec<(String, String)>,
     /// The plugins that take part.
     pub plugins: Vec<Library>,
 }
@@ -38,6 +41,8 @@ impl Origin {
 
 /// A sweep that is ready to begin.
 pub struct Job {
+    /// File of the scenario.
+    pub file: PathBuf,
     pub loaded: Loaded,
     pub origin: Origin,
     trust: Trust,
@@ -61,9 +66,10 @@ impl Job {
             program: PROGRAM.to_owned(),
             minimiser: minimiser.map(str::to_owned),
             texts: loaded.texts.clone(),
+            hashed: loaded.hashed.clone(),
             plugins: loaded.plugins.iter().map(record).collect(),
         };
-        Ok(Self { loaded, origin, trust, beside: Beside::of(file) })
+        Ok(Self { file: file.to_owned(), loaded, origin, trust, beside: Beside::of(file) })
     }
 
     /// The sweep.
@@ -88,5 +94,29 @@ impl Job {
     /// Whether native code of plugins takes part: its points are computed in other processes.
     pub fn has_plugins(&self) -> bool {
         !self.loaded.plugins.is_empty()
+    }
+
+    /// Metadata of the table of its points, which have these requirements.
+    pub fn notes(&self, points: &Points<'_>, requirements: &[(String, Measure)]) -> Vec<(String, String)> {
+        let file = self.file.file_name().unwrap_or_default().to_string_lossy();
+        let mut notes = points.notes(PROGRAM, &self.loaded.scenario.name, &file, requirements);
+        let plugins: Vec<String> = self.origin.plugins.iter().map(ToString::to_string).collect();
+        for (key, lines) in [("wireloom.plugins", plugins), ("wireloom.notes", wireloom::plugins::notes())] {
+            if !lines.is_empty() {
+                notes.push((key.to_owned(), lines.join("\n")));
+            }
+        }
+        notes
+    }
+
+    /// Its dataset at a place, with some columns or all.
+    pub fn dataset(&self, points: &Points<'_>, place: &str, columns: Option<&[String]>) -> Result<Dataset, Failure> {
+        let Origin { program, minimiser, texts, hashed, plugins, .. } = &self.origin;
+        let notes = self.notes(points, &[]);
+        let minimiser = minimiser.as_deref();
+        let origin = wireloom_dataset::Origin { program, minimiser, texts, hashed, plugins, notes };
+        let (scenario, network) = (&self.loaded.scenario.name, &self.loaded.built.network);
+        let manifest = Manifest::of(origin, scenario, points, network, columns).map_err(Failure::Dataset)?;
+        Dataset::begin(place, manifest).map_err(Failure::Dataset)
     }
 }

@@ -19,7 +19,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
-use wireloom::sweep::{CRASHED, TIME_LIMIT, Without, Work};
+use wireloom::sweep::{CRASHED, Points, TIME_LIMIT, Without, Work};
 
 /// Time beyond the time limit of a point after which its process is ended: within it a point ends by itself, unless a
 /// call of a plugin does not return.
@@ -27,9 +27,27 @@ const GRACE: Duration = Duration::from_secs(2);
 /// Time between two looks at time limits and interruptions.
 const PAUSE: Duration = Duration::from_millis(50);
 
+/// Computes chains of points, given by their indices, on all cores until there is an interruption. Where native code of
+/// plugins takes part, they are computed in other processes. `keep` is called with each chain that is done, `done` for
+/// each point.
+pub fn compute(
+    (job, points): (&Job, &Points<'_>),
+    arguments: &SweepArguments,
+    chains: &[usize],
+    done: &(dyn Fn() + Sync),
+    keep: impl Fn(usize, Computed) -> Result<(), Failure> + Sync,
+) -> Result<(), Failure> {
+    if job.has_plugins() && points.batch.is_none() {
+        Pool::new(arguments, job).compute(chains, done, keep)
+    } else {
+        points.compute(chains, interrupt::monitor(), done, |k, chain| keep(k, Computed::of(chain)))
+    }
+}
+
 /// Processes that compute the chains of a sweep.
-pub struct Pool<'p> {
+struct Pool<'p> {
     arguments: &'p SweepArguments,
+    file: &'p Path,
     /// Hash of everything that the points depend on.
     origin: String,
     time_limit: Option<Duration>,
@@ -52,18 +70,16 @@ enum Attempt {
 
 impl<'p> Pool<'p> {
     /// For this sweep.
-    pub fn new(arguments: &'p SweepArguments, job: &Job) -> Self {
+    fn new(arguments: &'p SweepArguments, job: &'p Job) -> Self {
         let time_limit = job.sweep().time_limit.map(Duration::from_secs_f64);
-        Self { arguments, origin: job.origin.hash(), time_limit }
+        Self { arguments, file: &job.file, origin: job.origin.hash(), time_limit }
     }
 
-    /// Computes chains, given by their indices, on all cores until there is an interruption. `keep` is called with each
-    /// chain that is done, `done` for each point.
-    pub fn compute(
+    fn compute(
         &self,
         chains: &[usize],
         done: &(dyn Fn() + Sync),
-        keep: impl Fn(usize, &Computed) -> Result<(), Failure> + Sync,
+        keep: impl Fn(usize, Computed) -> Result<(), Failure> + Sync,
     ) -> Result<(), Failure> {
         let next = AtomicUsize::new(0);
         let failed: Mutex<Option<Failure>> = Mutex::new(None);
@@ -75,7 +91,7 @@ impl<'p> Pool<'p> {
                     return;
                 }
                 let computed = self.chain(k, &mut process, done);
-                if let Err(failure) = computed.and_then(|computed| computed.map_or(Ok(()), |chain| keep(k, &chain))) {
+                if let Err(failure) = computed.and_then(|computed| computed.map_or(Ok(()), |chain| keep(k, chain))) {
                     failed_yet().get_or_insert(failure);
                     return;
                 }
@@ -171,14 +187,14 @@ impl<'p> Pool<'p> {
     /// Starts a process; `None` after an interruption.
     fn start(&self) -> Result<Option<Process>, Failure> {
         let program = std::env::current_exe().map_err(broken)?;
-        let SweepArguments { file, minimiser, allowed, .. } = self.arguments;
+        let SweepArguments { minimiser, allowed, .. } = self.arguments;
         let mut words: Vec<OsString> = vec!["sweep-process".into()];
         let mut option =
             |name: &str, value: &Path| words.push([name.as_ref(), value.as_os_str()].into_iter().collect());
         minimiser.iter().for_each(|kind| option("--minimiser=", kind.as_ref()));
         allowed.device.iter().for_each(|device| option("--device=", device.as_ref()));
         allowed.allow_plugin.iter().for_each(|plugin| option("--allow-plugin=", plugin));
-        words.extend(["--".into(), file.into()]);
+        words.extend(["--".into(), self.file.into()]);
         let mut command = Command::new(program);
         // Each process works on one thread: together they use all cores.
         command.args(words).env("RAYON_NUM_THREADS", "1").stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -209,7 +225,7 @@ impl<'p> Pool<'p> {
                 Ok(Message::Ready(origin)) if origin == self.origin => return Ok(Some(process)),
                 Ok(Message::Fault { reason, .. }) => return Err(Failure::Plugin(reason)),
                 Ok(_) => {
-                    let file = file.display();
+                    let file = self.file.display();
                     return Err(Failure::Input(format!(
                         "{file}, or a file that it names, has changed since the sweep began: the same command begins \
                          anew"

@@ -2,6 +2,7 @@
 
 use crate::format::form::{Form, Keys, may, must};
 use crate::format::limits::{ANY, MAX_COUNT, POSITIVE, SECONDS};
+use crate::sweep::MAX_POINTS;
 use wireloom_core::Quantity;
 
 /// Methods to choose points.
@@ -34,7 +35,7 @@ pub(crate) const SWEEP: Keys = Keys {
              (zip), at random, or spread evenly by Latin hypercube or Sobol's sequence (scrambled again after every \
              65,536 points); default \"grid\"",
         ),
-        may("samples", Form::Count(1, MAX_COUNT), "number of points; for random, latin-hypercube and sobol"),
+        may("samples", Form::Count(1, MAX_POINTS), "number of points; for random, latin-hypercube and sobol"),
         may("seed", Form::Count(0, u32::MAX as usize), "seed of the random numbers; default 0"),
         must(
             "vary",
