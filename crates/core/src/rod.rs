@@ -112,12 +112,14 @@ impl Mesh {
         mesh
     }
 
-    /// Whether the span of a segment, from station to station or to an end of the branch, has [`Self::FINE`] segments.
+    /// Whether the span of a segment, from station to station, has [`Self::FINE`] segments. One that goes on beyond a
+    /// joint, where the branch has no station, has half of them in each branch.
     pub fn is_fine(&self, segment: usize) -> bool {
         let k = self.stations.partition_point(|&node| node <= segment);
-        let start = k.checked_sub(1).map_or(0, |before| self.stations[before]);
-        let end = self.stations.get(k).copied().unwrap_or(self.segments());
-        end - start >= Self::FINE
+        let start = k.checked_sub(1).map(|before| self.stations[before]);
+        let end = self.stations.get(k).copied();
+        let least = if start.is_some() && end.is_some() { Self::FINE } else { Self::FINE / 2 };
+        end.unwrap_or(self.segments()) - start.unwrap_or(0) >= least
     }
 
     /// [`Beside::next`] of a segment with these stations.

@@ -205,7 +205,7 @@ fn clips_and_rings_are_covered() {
              slide = {slide}\n"
         )
     };
-    covers(&clamped("cosserat", &collar(false)), 40, 10.0);
+    covers(&clamped("cosserat", &collar(false)), 40, 12.0);
     covers(&clamped("cosserat", &collar(true)), 40, 10.0);
 }
 

@@ -42,6 +42,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
     branch.rod.moments(&shape, &mut coupling_moments);
     let weight = |j: usize| problem.force_per_length(state, index, j);
+    let is_fine = |j: usize| branch.rod.couples_pairs() && mesh.is_fine(j);
     let lengths = gravity::middle_shifts(mesh, shape.rest_lengths);
     let middle_shifts: Vec<Vector> = lengths.into_iter().enumerate().map(|(j, length)| weight(j) * length).collect();
     let middle_forces: Vec<Vector> = segment_forces.iter().zip(&middle_shifts).map(|(n, shift)| n + shift).collect();
@@ -167,12 +168,14 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
         };
         result.frame.push(frame);
-        // Between nodes the force changes by the weight and the loads along it: n' + f = 0.
+        // Between nodes the force changes by the weight and the loads along it: n' + f = 0. Moments of coarse spans are
+        // in balance with the forces of segments as they are.
+        let inner = |j: usize| if is_fine(j) { middle_forces[j] } else { segment_forces[j] };
         result.force.push(match (node, side) {
             (0, _) | (_, Side::After) => middle_forces[node] + weight(node) * (0.5 * l1),
             (_, Side::Before) => middle_forces[node - 1] - weight(node - 1) * (0.5 * l0),
             (node, _) if node == n => middle_forces[n - 1] - weight(n - 1) * (0.5 * l0),
-            (node, Side::Both) => (middle_forces[node - 1] * l1 + middle_forces[node] * l0) / (l0 + l1),
+            (node, Side::Both) => (inner(node - 1) * l1 + inner(node) * l0) / (l0 + l1),
         });
     }
     if branch.rod.couples_pairs() && !touching.contains(&true) {
