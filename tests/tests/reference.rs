@@ -45,7 +45,9 @@ fn main() {
         for (model, becomes) in MODELS.into_iter().filter(|(model, _)| applies(&text, model)) {
             let path = path.clone();
             trials.push(Trial::test(format!("{name}, {model} joint"), move || {
-                check_text(&path, &with_joints(&std::fs::read_to_string(&path)?, becomes))
+                let text = with_joints(&std::fs::read_to_string(&path)?, becomes);
+                // Next to no length, but some: the joint is softer by that than the point of the reference.
+                check_text(&path, &text, model != "cosserat")
             }));
         }
     }
@@ -114,10 +116,11 @@ fn with_joints(text: &str, becomes: &str) -> String {
 }
 
 fn check(path: &Path) -> Result<(), Failed> {
-    check_text(path, &std::fs::read_to_string(path)?)
+    check_text(path, &std::fs::read_to_string(path)?, true)
 }
 
-fn check_text(path: &Path, text: &str) -> Result<(), Failed> {
+/// `same`: the references are of this very model, so that all that is between them is the discretisation error.
+fn check_text(path: &Path, text: &str, same: bool) -> Result<(), Failed> {
     let expected: Value = serde_json::from_str(&std::fs::read_to_string(path.with_extension("expected.json"))?)?;
     let bars = &expected["position_error_of_a_plain_second_order_scheme_by_segments"];
     let mut errors = Vec::new();
@@ -128,13 +131,15 @@ fn check_text(path: &Path, text: &str) -> Result<(), Failed> {
             return Err(format!("{segments} segments: position error {error:.3e}, bar {bar:.3e}").into());
         }
         errors.push(error);
-        covered(&end, error, &expected["branches"]).map_err(|why| format!("{segments} segments: {why}"))?;
+        if same {
+            covered(&end, error, &expected["branches"]).map_err(|why| format!("{segments} segments: {why}"))?;
+        }
         if segments == 160 {
             reactions_and_energy(&end, &expected)?;
         }
     }
     let order = (errors[0] / errors[2]).log2() / 2.0;
-    if errors[2] > ROUND_OFF && order < LEAST_ORDER {
+    if same && errors[2] > ROUND_OFF && order < LEAST_ORDER {
         return Err(format!("observed order {order:.2} from errors {errors:?}").into());
     }
     Ok(())
