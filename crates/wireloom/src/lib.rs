@@ -80,7 +80,6 @@ pub mod export;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-mod halton;
 pub mod harness;
 pub mod identify;
 #[cfg(feature = "kbl")]
