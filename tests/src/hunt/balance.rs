@@ -309,7 +309,7 @@ impl Bench<'_> {
                 let edge = b.position[i + 1] - b.position[i];
                 let gap = b.moment[i + 1] - b.moment[i] + edge.cross(&((b.force[i] + b.force[i + 1]) * 0.5));
                 // Nodes are drawn beside the edges by ℓ² x″/24, whether the cable bends there or shears; at joints ℓ is
-                // a mean of both sides. On coarse meshes, twice as much is left by differences across a few nodes.
+                // a mean of both sides. On coarse meshes, thrice as much is left by differences across a few nodes.
                 let bent = |k: usize| {
                     let (j, l) = (k.saturating_sub(1), (k + 1).min(b.s.len() - 1));
                     let sheared = (b.position[l] - b.position[k]) - (b.position[k] - b.position[j]);
@@ -320,7 +320,7 @@ impl Bench<'_> {
                 let at_joint =
                     ends.iter().filter(|(is_end, _)| *is_end).map(|(_, k)| self.longest_segment(branch.ends[*k]));
                 let at_joint: f64 = at_joint.sum();
-                let drawn = internal * (bent(i) + bent(i + 1) + at_joint) / 6.0;
+                let drawn = internal * (bent(i) + bent(i + 1) + at_joint) / 4.0;
                 worst_moment = worst_moment.max(gap.norm() - drawn - hangs * ds);
             }
             let name = branch.name;

@@ -10,6 +10,7 @@ use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::Problem;
 use wireloom_core::requirement::Marker;
+use wireloom_core::rod::Mesh;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::terms::constraints::Reaction;
 use wireloom_core::terms::contact::ObstacleLoad;
@@ -42,7 +43,9 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
     branch.rod.moments(&shape, &mut coupling_moments);
     let weight = |j: usize| problem.force_per_length(state, index, j);
-    let is_fine = |j: usize| branch.rod.couples_pairs() && mesh.is_fine(j);
+    // Differences across a few nodes know little of a few segments, also where their span goes on beyond a joint.
+    let refines = branch.rod.couples_pairs() && n >= Mesh::FINE;
+    let is_fine = |j: usize| refines && mesh.is_fine(j);
     let lengths = gravity::middle_shifts(mesh, shape.rest_lengths);
     let middle_shifts: Vec<Vector> = lengths.into_iter().enumerate().map(|(j, length)| weight(j) * length).collect();
     let middle_forces: Vec<Vector> = segment_forces.iter().zip(&middle_shifts).map(|(n, shift)| n + shift).collect();
@@ -178,7 +181,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (node, Side::Both) => (inner(node - 1) * l1 + inner(node) * l0) / (l0 + l1),
         });
     }
-    if branch.rod.couples_pairs() && !touching.contains(&true) {
+    if refines && !touching.contains(&true) {
         let segments = nodes::Segments { shape: &shape, forces: &middle_forces, shifts: &middle_shifts };
         let rest = rest.unwrap_or_default();
         nodes::refine(branch, &segments, through, weight, &mut result, |node, moment| {

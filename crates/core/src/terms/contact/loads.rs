@@ -72,8 +72,7 @@ impl ContactTerm {
         all
     }
 
-    /// Whether each point belongs to a segment that touches something at the last evaluated state, or may do so after a
-    /// step.
+    /// Whether each point belongs to a segment that touches something, with a force, at the last evaluated state.
     pub fn touching_points(&self, system: System<'_>) -> Vec<bool> {
         let mut touching = vec![false; system.network.points];
         for contact in &self.found {
