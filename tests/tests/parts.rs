@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::time::Instant;
 use tempfile::TempDir;
 use wireloom::export::table::read;
 use wireloom_tests::cables::hanging;
@@ -77,7 +77,10 @@ fn parts_of_several_processes_have_the_bytes_of_the_table_of_one() {
 #[test]
 fn processes_that_are_killed_at_random_lose_no_row_and_double_none() {
     let place = place(MANY);
+    let started = Instant::now();
     assert_eq!(run(&place, &["s.toml", "--out", "alone"]).0, 0);
+    // A part takes about a sixteenth of the sweep: most processes are killed within their first.
+    let part = started.elapsed() / 16;
     let mut random = fastrand::Rng::with_seed(1);
     let start = || {
         let mut command = command(&place, &["s.toml", "--into", "parts", "--each", "40"]);
@@ -87,7 +90,7 @@ fn processes_that_are_killed_at_random_lose_no_row_and_double_none() {
     let parts = place.path().join("parts/parts");
     // Of 16 parts at most 12, so that work is left.
     while kills < 30 && names(&parts).len() < 12 {
-        std::thread::sleep(Duration::from_millis(random.u64(20..250)));
+        std::thread::sleep(part.mul_f64(random.f64()));
         let worker = &mut workers[random.usize(..2)];
         worker.kill().expect("killed");
         kills += usize::from(!worker.wait().expect("it ends").success());
