@@ -33,6 +33,19 @@ fn skew(a: vec3<real>) -> mat3x3<real> {
     return mat3x3<real>(vec3<real>(o, a.z, -a.y), vec3<real>(-a.z, o, a.x), vec3<real>(a.y, -a.x, o));
 }
 
+// By the cross products of its columns.
+fn inverse33(m: mat3x3<real>) -> mat3x3<real> {
+    let bc = cross3(m[1], m[2]);
+    let rows = mat3x3<real>(bc, cross3(m[2], m[0]), cross3(m[0], m[1]));
+    return transpose(rows) * (real(1.0) / dot3(m[0], bc));
+}
+
+// sym(a bᵀ) − (a·b) I
+fn symmetric_outer(a: vec3<real>, b: vec3<real>) -> mat3x3<real> {
+    let twice = outer(a, b);
+    return (twice + transpose(twice)) * real(0.5) - identity(dot3(a, b));
+}
+
 // R(q), the quadratic form.
 fn rotation_matrix(q: vec4<real>) -> mat3x3<real> {
     let x2 = q.x + q.x;

@@ -1,8 +1,7 @@
 #import station_segment
 
-// Energy of every segment with stations in a slot of the state, ∂E/∂e = R n′, ∂E/∂θ = ℓ n′ × v
-// + (∂φ/∂θ)ᵀ μ with μ = ℓ n × v, the moments on its stations, and ∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ with
-// Aᵀ = I − [φ]ₓ.
+// Energy of every segment with stations in a slot of the state, ∂E/∂e = R p, ∂E/∂θ = ℓ (p × v + Σ β (R′ u) × p), the
+// moments on its stations, and ∂²E/∂e² = R B⁻ᵀ C B⁻¹ Rᵀ/ℓ.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -27,16 +26,15 @@ fn main(
     let nodes = edge(state_entry(a, range.slot, variant), state_entry(b, range.slot, variant), variant, opaque);
     let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, opaque);
     let law = station_law(s, e, q, first, second, opaque);
-    let force = law.r * conjugate_force(law);
-    let mu = cross3(law.n, law.v) * s.l;
-    let through = (mu * segment_rotation_jacobian(first.w, first.v)) * first.blend
-        + (mu * segment_rotation_jacobian(second.w, second.v)) * second.blend;
+    let p = conjugate_force(law);
+    let force = law.r * p;
+    let turned = (station_turn(first) + station_turn(second)) * law.u;
     let entry = offsets.station_segments_parts + 102u * k;
     set_vector(offsets.energies_vectors + offsets.segments + k, variant, station_energy(law, s.l));
     set_part3(entry, variant, force);
-    set_part3(entry + 3u, variant, cross3(conjugate_force(law), law.v) * s.l + through);
-    set_part3(entry + 6u, variant, station_moment(first, -force, mu));
-    set_part3(entry + 9u, variant, station_moment(second, force, mu));
-    let along = law.r * (identity(real(1.0)) + skew(law.phi));
+    set_part3(entry + 3u, variant, (cross3(p, law.v) + cross3(turned, p)) * s.l);
+    set_part3(entry + 6u, variant, station_moment(first, -force, p, law.u, s.l));
+    set_part3(entry + 9u, variant, station_moment(second, force, p, law.u, s.l));
+    let along = law.r * transpose(law.inverse);
     set_part33(entry + 12u, variant, (along * diagonal(law.c) * transpose(along)) * (real(1.0) / s.l));
 }

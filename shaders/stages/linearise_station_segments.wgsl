@@ -1,36 +1,7 @@
 #import station_segment
 
-// Second derivatives of μ·φ with respect to the rotation of the segment, both rotations (rows: segment, columns:
-// station), and that of the station.
-struct TurnHessian {
-    segment: mat3x3<real>,
-    mixed: mat3x3<real>,
-    station: mat3x3<real>,
-}
-
-// φ = 2 β w v: with a = −½(w μ + v × μ), b = ½(w μ − v × μ), m = μ·v they are, divided by β,
-// −w m I + v aᵀ + a vᵀ, ½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ m [v]ₓ and −w m I − v
-// bᵀ − b vᵀ.
-fn turn_hessian(s: Station, force: vec3<real>) -> TurnHessian {
-    let mu = force * s.blend;
-    let v = s.v;
-    let w = s.w;
-    let along = mu * w;
-    let across = cross3(v, mu);
-    let m = dot3(mu, v);
-    let va = outer(v, (along + across) * real(-0.5));
-    let vb = outer(v, (along - across) * real(0.5));
-    let vmu = outer(v, mu);
-    let own = identity(-w * m);
-    return TurnHessian(
-        own + va + transpose(va),
-        (vmu + transpose(vmu) + skew(mu) * w) * (real(0.5) * w) + vb - transpose(va) + skew(v) * (real(0.5) * m),
-        own - vb - transpose(vb),
-    );
-}
-
-// Second derivatives of every segment with stations: ℓ Jᵀ C J with J = ∂Γ, those of ℓ n′·v with respect to
-// (e, θ), of μ·φ with respect to (θ, θ_Q), and twice ℓ n·(δv × δφ).
+// Second derivatives of every segment with stations: ℓ Jᵀ C J with J = ∂u, those of ℓ p·v with respect to (e, θ) at
+// fixed p, −ℓ (L J + Jᵀ Lᵀ) with δᵀ L w = p·δB w, and those of −ℓ p·exp(−θ) β R′ exp(θ_Q) u at fixed u.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -55,44 +26,40 @@ fn main(
     let nodes = edge(state_entry(a, CURRENT, variant), state_entry(b, CURRENT, variant), variant, opaque);
     let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, opaque);
     let law = station_law(s, e, q, first, second, opaque);
-    let n = law.n;
     let v = law.v;
+    let u = law.u;
+    let p = conjugate_force(law);
     let rt = transpose(law.r);
-    let along_v = identity(real(1.0)) - skew(law.phi);
-    let along_phi = skew(v);
-    // ∂v and ∂φ with respect to the edge, the segment and both stations.
-    let dv_e = rt * (real(1.0) / s.l);
-    let dphi_f = segment_rotation_jacobian(first.w, first.v) * first.blend
-        + segment_rotation_jacobian(second.w, second.v) * second.blend;
-    let dphi_0 = station_rotation_jacobian(first.w, first.v) * first.blend;
-    let dphi_1 = station_rotation_jacobian(second.w, second.v) * second.blend;
-    // ∂Γ.
-    let g_e = along_v * dv_e;
-    let g_f = along_v * skew(v) + along_phi * dphi_f;
-    let g_0 = along_phi * dphi_0;
-    let g_1 = along_phi * dphi_1;
-    // a·([n]ₓᵀ b) = n·(a × b), and C: factors of ∂Γ, ∂v and ∂φ.
+    let t_0 = station_turn(first);
+    let t_1 = station_turn(second);
+    let turned = (t_0 + t_1) * u;
+    // ∂u with respect to the edge, the segment and both stations.
+    let g_e = law.inverse * rt * (real(1.0) / s.l);
+    let g_f = law.inverse * (skew(v) - skew(turned));
+    let g_0 = law.inverse * t_0 * skew(u);
+    let g_1 = law.inverse * t_1 * skew(u);
+    // L.
+    let b_f = skew(p) * (t_0 + t_1);
+    let b_0 = skew(-(p * t_0));
+    let b_1 = skew(-(p * t_1));
     let c = diagonal(law.c);
-    let nt = skew(-n);
-    let force = conjugate_force(law);
-    let mu = cross3(n, v) * s.l;
-    let zero = zero33();
-    let h0 = turn_hessian(first, mu);
-    let h1 = turn_hessian(second, mu);
-    let fv = outer(force, v);
     let ee = transpose(g_e) * c * g_e * s.l;
-    let fe = (transpose(g_f) * c * g_e - transpose(dphi_f) * nt * dv_e) * s.l + skew(force) * rt;
-    let ff = (transpose(g_f) * c * g_f + transpose(skew(v)) * nt * dphi_f - transpose(dphi_f) * nt * skew(v)) * s.l
-        + ((fv + transpose(fv)) * real(0.5) - identity(dot3(force, v))) * s.l + h0.segment + h1.segment;
-    let e_0 = (transpose(g_0) * c * g_e - transpose(dphi_0) * nt * dv_e) * s.l;
-    let e_1 = (transpose(g_1) * c * g_e - transpose(dphi_1) * nt * dv_e) * s.l;
-    let f_0 = (transpose(g_0) * c * g_f - transpose(dphi_0) * nt * skew(v)) * s.l + transpose(h0.mixed);
-    let f_1 = (transpose(g_1) * c * g_f - transpose(dphi_1) * nt * skew(v)) * s.l + transpose(h1.mixed);
-    let s_00 = transpose(g_0) * c * g_0 * s.l + h0.station;
-    let s_11 = transpose(g_1) * c * g_1 * s.l + h1.station;
-    let s_10 = transpose(g_1) * c * g_0 * s.l;
+    let fe = (transpose(g_f) * c - b_f) * g_e * s.l + skew(p) * rt;
+    let bent = b_f * g_f;
+    let ff = (transpose(g_f) * c * g_f - bent - transpose(bent) + symmetric_outer(p, v - turned)) * s.l;
+    let e_0 = (transpose(g_0) * c - b_0) * g_e * s.l;
+    let e_1 = (transpose(g_1) * c - b_1) * g_e * s.l;
+    let along = skew(p) * t_0 * skew(u);
+    let f_0 = ((transpose(g_0) * c - b_0) * g_f - transpose(b_f * g_0) + transpose(along)) * s.l;
+    let beyond = skew(p) * t_1 * skew(u);
+    let f_1 = ((transpose(g_1) * c - b_1) * g_f - transpose(b_f * g_1) + transpose(beyond)) * s.l;
+    let own_0 = b_0 * g_0;
+    let s_00 = (transpose(g_0) * c * g_0 - own_0 - transpose(own_0) - symmetric_outer(p * t_0, u)) * s.l;
+    let own_1 = b_1 * g_1;
+    let s_11 = (transpose(g_1) * c * g_1 - own_1 - transpose(own_1) - symmetric_outer(p * t_1, u)) * s.l;
+    let s_10 = ((transpose(g_1) * c - b_1) * g_0 - transpose(b_0 * g_1)) * s.l;
     // With respect to the carriers of the stations: θ = Aᵀ θ_Q, and ∂e/∂θ_Q = ± R [o]ₓ.
-    let world = law.r * force;
+    let world = law.r * p;
     let a_0 = rotation_matrix(first.rest);
     let a_1 = rotation_matrix(second.rest);
     let l_0 = first.r * skew(first.offset);
@@ -110,7 +77,6 @@ fn main(
     let q1_q0 = transpose(l_1) * ee * l_0 + a_1 * e_1 * l_0 + transpose(l_1) * transpose(e_0) * transpose(a_0)
         + a_1 * s_10 * transpose(a_0);
     // First derivatives extrapolated by the prescribed motion.
-    let through = mu * dphi_f;
     let de = motion(b, variant) - motion(a, variant);
     let theta = motion(f, variant);
     var theta_0 = vec3<real>(real(0.0), real(0.0), real(0.0));
@@ -126,17 +92,17 @@ fn main(
     set_part3(
         entry + 3u,
         variant,
-        cross3(force, v) * s.l + through + fe * de + ff * theta + theta_0 * q0_f + theta_1 * q1_f,
+        (cross3(p, v) + cross3(turned, p)) * s.l + fe * de + ff * theta + theta_0 * q0_f + theta_1 * q1_f,
     );
     set_part3(
         entry + 6u,
         variant,
-        station_moment(first, -world, mu) + q0_e * de + q0_f * theta + q0_q0 * theta_0 + theta_1 * q1_q0,
+        station_moment(first, -world, p, u, s.l) + q0_e * de + q0_f * theta + q0_q0 * theta_0 + theta_1 * q1_q0,
     );
     set_part3(
         entry + 9u,
         variant,
-        station_moment(second, world, mu) + q1_e * de + q1_f * theta + q1_q0 * theta_0 + q1_q1 * theta_1,
+        station_moment(second, world, p, u, s.l) + q1_e * de + q1_f * theta + q1_q0 * theta_0 + q1_q1 * theta_1,
     );
     set_part33(entry + 12u, variant, ee);
     set_part33(entry + 21u, variant, fe);

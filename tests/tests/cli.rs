@@ -248,11 +248,10 @@ fn compare_variants() -> Checked {
     ensure(!ended.out.contains("equilibria"), "joint models are no other equilibria of one harness")?;
     let page = fs::read_to_string(place.path("r.html"))?;
     ensure(["cosserat", "rigid-body", "fused", "data:image/svg+xml"].iter().all(|word| page.contains(word)), &page)?;
-    let ended = place.run(&["compare", "s.toml", "--segments", "10,20,40"])?.expect(0)?;
+    let ended = place.run(&["compare", "s.toml", "--segments", "20,40,80"])?.expect(0)?;
     let trend = ended.out.lines().find(|line| line.starts_with("shape, mean distance")).unwrap_or_default();
-    // The default joint is as long as the segments it joins: what it adds goes with the first power of their length.
     let order: f64 = trend.split_whitespace().rev().nth(1).and_then(|order| order.parse().ok()).unwrap_or(0.0);
-    ensure((0.5..1.5).contains(&order), &ended)?;
+    ensure((3.5..4.5).contains(&order), &ended)?;
     let ended = place.run(&["compare", "s.toml", "--minimiser", "newton", "--set", "name=a,b"])?.expect(0)?;
     ensure(ended.out.contains("Differences from name = a:") && ended.out.contains("name = b"), &ended)?;
     let ended = place.run(&["compare", "s.toml", "--set", "branches.left.lenght=1,2"])?.expect(1)?;
@@ -738,7 +737,10 @@ fn real_harness(name: &'static str) -> Trial {
             Ok(lines.iter().map(|line| format!("{} {}: {}", line["name"], line["quantity"], line["verdict"])).collect())
         };
         let (coarse, fine) = (verdicts("o")?, verdicts("finer")?);
-        let changed: Vec<_> = coarse.iter().zip(&fine).filter(|(coarse, fine)| coarse != fine).collect();
+        // On one mesh a span may be pressed a little, on another one not at all.
+        let counts = |line: &&String| !line.ends_with("\"not checked\"");
+        let pairs = coarse.iter().zip(&fine).filter(|(coarse, fine)| counts(coarse) && counts(fine));
+        let changed: Vec<_> = pairs.filter(|(coarse, fine)| coarse != fine).collect();
         ensure(coarse.len() == fine.len() && changed.is_empty(), format!("{changed:?}"))
     };
     Trial::test(format!("a real harness: {name}{reason}"), check).with_ignored_flag(absent)

@@ -82,10 +82,11 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
     assert!(moved > 0.9 * (z[k - 2] - z[k - 1]) && jump.increments == 1, "{jump:?}");
 }
 
-/// The same way is gone without a jump where a hand leads the middle down: what moves is what is prescribed.
+/// The same way is gone without a jump where a hand leads the middle down and keeps it level: what moves is what is
+/// prescribed.
 #[test]
 fn a_strip_that_is_led_does_not_jump() {
-    let led = strip_text("").replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "");
+    let led = strip_text("").replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "tangent = [1, 0, 0]\n");
     let run = run(&(led
         + "[[steps]]\nname = \"lead\"\nincrements = 40\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.05] \
            }]\n"));
@@ -265,10 +266,10 @@ up = [0, 1, 0]
     assert!(of(&u(40), EventKind::CoarseMesh).is_empty());
 }
 
-/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by half a turn, where
-/// the energy has a step, and nothing converges there. It used to be "stalled at round-off" and no more.
+/// A curly cable is pulled back over its clamp: on two segments that turns neighbouring frames by nearly half a turn,
+/// where the energy has a step. It used to be "stalled at round-off" and no more.
 #[test]
-fn what_stalls_at_half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
+fn half_a_turn_between_segments_says_that_the_mesh_is_too_coarse() {
     let curl = |segments: usize| {
         cable(
             segments,
@@ -294,7 +295,6 @@ load = [{ load = "pull", factor = 1 }]
         )
     };
     let coarse = curl(2);
-    assert_eq!(coarse.status(), Status::Stalled);
     let [told] = of(&coarse, EventKind::CoarseMesh)[..] else { panic!("{:?}", coarse.events) };
     assert!(told.value > Some(3.0), "{told:?}");
     assert_eq!(curl(20).status(), Status::Converged);

@@ -1,16 +1,11 @@
 //! Independently computed equilibria (two-point boundary value problems, collocation), read where they lie.
 //!
-//! Positions must be within 1.5 times the error that a plain second-order scheme makes with as many segments a branch;
-//! reactions within 1 % and the energy within 1e-3 of the elastic energy at 160. So must every other model of joints
-//! that can stand for the one in a case.
+//! Positions must be within [`ALLOWED`] times the error that a plain second-order scheme makes with as many segments a
+//! branch, and go to the reference with the fourth power of the segment length; reactions within 1e-4 and the energy
+//! within 1e-5 of the elastic energy at 160. So must every other model of joints that can stand for the one in a case.
 //!
 //! The rod `kirchhoff` is held to the positions of the rod without shear in the same way; the error of `mass-spring` is
 //! measured.
-//!
-//! The bar of the one case with a clip inside a branch, C02, belongs to a mesh about twice as fine: a plain scheme of
-//! the kind it was taken with (frames at nodes, midpoint rule) makes 4.6 times that error with 40 segments in the
-//! branch, and 1.1 to 1.4 times with 80. Here it is 1.9 to 2.0 times with as many segments in the branch and 0.5 with
-//! twice as many.
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
@@ -50,7 +45,9 @@ fn main() {
         for (model, becomes) in MODELS.into_iter().filter(|(model, _)| applies(&text, model)) {
             let path = path.clone();
             trials.push(Trial::test(format!("{name}, {model} joint"), move || {
-                check_text(&path, &with_joints(&std::fs::read_to_string(&path)?, becomes))
+                let text = with_joints(&std::fs::read_to_string(&path)?, becomes);
+                // Next to no length, but some: the joint is softer by that than the point of the reference.
+                check_text(&path, &text, model != "cosserat")
             }));
         }
     }
@@ -81,6 +78,16 @@ fn main() {
     libtest_mimic::run(&arguments, trials).exit();
 }
 
+/// Largest position error as a fraction of that of a plain second-order scheme.
+const ALLOWED: f64 = 0.15;
+/// Least order between 40 and 160 segments, where the error is not that of the references.
+const LEAST_ORDER: f64 = 3.7;
+/// Position error, m, below which the minimiser and the interpolation between nodes show.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Forces and moments, N and N m, that the tolerance of the minimiser leaves.
+const UNBALANCED: f64 = 3e-8;
+
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().map(|all| all.iter().filter_map(Value::as_f64).collect()).unwrap_or_default()
 }
@@ -109,59 +116,51 @@ fn with_joints(text: &str, becomes: &str) -> String {
 }
 
 fn check(path: &Path) -> Result<(), Failed> {
-    check_text(path, &std::fs::read_to_string(path)?)
+    check_text(path, &std::fs::read_to_string(path)?, true)
 }
 
-fn check_text(path: &Path, text: &str) -> Result<(), Failed> {
+/// `same`: the references are of this very model, so that all that is between them is the discretisation error.
+fn check_text(path: &Path, text: &str, same: bool) -> Result<(), Failed> {
     let expected: Value = serde_json::from_str(&std::fs::read_to_string(path.with_extension("expected.json"))?)?;
     let bars = &expected["position_error_of_a_plain_second_order_scheme_by_segments"];
-    let clipped = text.contains("kind = \"collar\"") && !text.contains("slide = true");
     let mut errors = Vec::new();
     for segments in [40, 80, 160] {
         let bar = bars[segments.to_string()].as_f64().ok_or("no bar")?;
         let (error, end) = solve(text, segments, &expected["branches"])?;
-        let allowed = if clipped { 2.1 } else { 1.5 };
-        if error.is_nan() || error > allowed * bar {
+        if error.is_nan() || error > ALLOWED * bar {
             return Err(format!("{segments} segments: position error {error:.3e}, bar {bar:.3e}").into());
         }
-        if clipped {
-            let (error, _) = solve(text, 2 * segments, &expected["branches"])?;
-            if error.is_nan() || error > 1.5 * bar {
-                return Err(format!("{segments} segments a span: position error {error:.3e}, bar {bar:.3e}").into());
-            }
+        errors.push(error);
+        if same {
+            covered(&end, error, &expected["branches"]).map_err(|why| format!("{segments} segments: {why}"))?;
         }
-        errors.push(error / bar);
-        covered(&end, error, &expected["branches"]).map_err(|why| format!("{segments} segments: {why}"))?;
         if segments == 160 {
             reactions_and_energy(&end, &expected)?;
         }
     }
-    // The bars fall with the second order: so does an error that keeps its ratio to them. Where it is a small part of
-    // the bar to begin with (leading terms cancel), it need only stay one.
-    let order = 2.0 + (errors[0] / errors[2]).log2() / 2.0;
-    if errors[2] > 0.3 && !(1.8..=2.3).contains(&order) {
-        return Err(format!("observed order {order:.2} from errors over bars {errors:?}").into());
+    let order = (errors[0] / errors[2]).log2() / 2.0;
+    if same && errors[2] > ROUND_OFF && order < LEAST_ORDER {
+        return Err(format!("observed order {order:.2} from errors {errors:?}").into());
     }
     Ok(())
 }
 
-/// The minimiser `gpu` comes where `newton` comes: in double precision by itself, to the 1e-8 of the scenarios; in
-/// single precision with the help of the CPU for what is left, which is little.
+/// The minimiser `gpu` comes where `newton` comes, with the help of the CPU: the device knows the scheme of second
+/// order only.
 fn check_gpu(path: &Path, double: bool) -> Result<(), Failed> {
     let text = std::fs::read_to_string(path)?;
     let expected: Value = serde_json::from_str(&std::fs::read_to_string(path.with_extension("expected.json"))?)?;
     let segments = 40;
     let (error, newton) = solve(&text, segments, &expected["branches"])?;
-    let runs = [("f64", false, double), ("f32", true, true)];
-    for (precision, polish, _) in runs.into_iter().filter(|(.., there)| *there) {
-        let kind = format!("kind = \"gpu\"\nprecision = \"{precision}\"\npolish = {polish}");
+    for (precision, _) in [("f64", double), ("f32", true)].into_iter().filter(|(_, there)| *there) {
+        let kind = format!("kind = \"gpu\"\nprecision = \"{precision}\"");
         let solved = solve(&text.replace("kind = \"newton\"", &kind), segments, &expected["branches"]);
         let (own, end) = solved.map_err(|why| format!("{precision}: {}", why.message().unwrap_or_default()))?;
         if end.minimiser.kind != "gpu" || end.minimiser.force_residual > 1e-8 {
             return Err(format!("{precision}: {:?}", end.minimiser).into());
         }
-        if (end.minimiser.polish > 0) != polish {
-            return Err(format!("{precision}: the CPU made {} iterations", end.minimiser.polish).into());
+        if end.minimiser.polish == 0 {
+            return Err(format!("{precision}: the CPU made no iterations").into());
         }
         if (own - error).abs() > 1e-6 {
             return Err(format!("{precision}: position error {own:.3e}, with newton {error:.3e}").into());
@@ -199,13 +198,10 @@ fn errors_without_shear(path: &Path, rod: &str) -> Result<[(f64, f64); 3], Faile
     Ok(found)
 }
 
-/// The rod `kirchhoff` is as near to the rod without shear as `cosserat` must be to the rod with it. (With a clip
-/// inside a branch it makes 1.05 times the error of `cosserat`, as everywhere.)
+/// The rod `kirchhoff` is nearer to the rod without shear than a plain second-order scheme of the rod with it.
 fn check_unshearable(path: &Path) -> Result<(), Failed> {
-    let clipped = path.ends_with("C02_point_direction_clip.toml");
-    let allowed = if clipped { 2.2 } else { 1.5 };
     let found = errors_without_shear(path, "kirchhoff")?;
-    match found.iter().find(|(error, bar)| error.is_nan() || *error > allowed * bar) {
+    match found.iter().find(|(error, bar)| error.is_nan() || *error > 0.5 * bar) {
         Some(_) => Err(format!("position errors and bars {found:?}").into()),
         None => Ok(()),
     }
@@ -240,7 +236,7 @@ fn solve(text: &str, segments: usize, branches: &Value) -> Result<(f64, StepResu
     Ok((position_error(&end, branches)?, end))
 }
 
-/// Largest distance from the expected positions; between nodes by cubic interpolation within a span.
+/// Largest distance from the expected positions; between nodes by a polynomial through six of them within a span.
 fn position_error(end: &StepResult, branches: &Value) -> Result<f64, Failed> {
     let mut worst = 0.0_f64;
     for (name, branch) in branches.as_object().ok_or("no branches")? {
@@ -252,8 +248,8 @@ fn position_error(end: &StepResult, branches: &Value) -> Result<f64, Failed> {
                 (0..found.s.len()).filter(|&i| found.s[i] > first - 1e-9 && found.s[i] < last + 1e-9).collect();
             for (s, r) in s.iter().zip(span["r"].as_array().ok_or("no positions")?) {
                 let after = inside.partition_point(|&i| found.s[i] < *s);
-                let start = after.saturating_sub(2).min(inside.len() - 4);
-                let stencil = &inside[start..start + 4];
+                let start = after.saturating_sub(3).min(inside.len() - 6);
+                let stencil = &inside[start..start + 6];
                 let at: Vector = stencil
                     .iter()
                     .map(|&i| {
@@ -289,7 +285,7 @@ fn covered(end: &StepResult, error: f64, branches: &Value) -> Result<(), String>
                 let (n, m) = (vector(&span["n"][k]), vector(&span["m"][k]));
                 let errors = [(found.force[node] - n).norm(), (found.moment[node] - m).norm()];
                 let estimates = found.error.map_or([0.0; 2], |e| [e.force, e.moment]);
-                if errors.iter().zip(estimates).any(|(error, estimate)| *error > estimate + 1e-9) {
+                if errors.iter().zip(estimates).any(|(error, estimate)| *error > estimate + UNBALANCED) {
                     return Err(format!(
                         "{name} at {}: force and moment errors {errors:?}, estimates {estimates:?}",
                         s[k]
@@ -308,7 +304,7 @@ fn reactions_and_energy(end: &StepResult, expected: &Value) -> Result<(), Failed
             [("force", found.force, vector(&reaction["force"])), ("moment", found.moment, vector(&reaction["moment"]))]
         {
             let gap = (got - want).norm();
-            if gap.is_nan() || gap > 0.01 * want.norm() {
+            if gap.is_nan() || gap > 1e-4 * want.norm() {
                 return Err(format!("{what} of {name}: {got:?} instead of {want:?}").into());
             }
         }
@@ -317,7 +313,7 @@ fn reactions_and_energy(end: &StepResult, expected: &Value) -> Result<(), Failed
         let found =
             end.constraints.iter().find(|c| c.name == *name).and_then(|c| c.slide.as_ref()).ok_or("no slide")?;
         let want = slide["contact_arclength"].as_f64().ok_or("no arc length")?;
-        if (found.arc_length - want).abs() > 1e-4 * want {
+        if (found.arc_length - want).abs() > 1e-6 * want {
             return Err(format!("the cable is at {} in {name} instead of {want}", found.arc_length).into());
         }
     }
@@ -326,7 +322,7 @@ fn reactions_and_energy(end: &StepResult, expected: &Value) -> Result<(), Failed
     let got = end.energy.total();
     // Not relative to the total, in which elastic energy and gravity nearly cancel.
     let gap = (got - want).abs();
-    if gap.is_nan() || gap > 1e-3 * elastic {
+    if gap.is_nan() || gap > 1e-5 * elastic {
         return Err(format!("energy {got} instead of {want}").into());
     }
     Ok(())

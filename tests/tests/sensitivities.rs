@@ -82,9 +82,14 @@ fn of_a_hinge_a_rail_and_a_path_with_turns() {
 
 #[test]
 fn of_cables_that_slide_through_constraints() {
-    let of = ["energy.total", "force.ring"];
     holds("analytic/ring_pulley.toml", &["energy.total"], &["branches.0.length", "constraints.0.position.2"]);
-    holds("analytic/ring_catenary.toml", &of, &["branches.0.length", "sections.chain.linear_density"]);
+    let by = ["branches.0.length", "sections.chain.linear_density"];
+    holds("analytic/ring_catenary.toml", &["energy.total"], &by);
+    // The chain bends within a segment beside the ring. As it slides, its force is no smooth function over steps of a
+    // part of a segment.
+    let text = scenario("analytic/ring_catenary.toml");
+    let (error, what) = largest_error(&text, &wireloom::registry(), &["force.ring"], &by, read);
+    assert!(error <= 1e-5, "{error:e}, {what}");
 }
 
 /// A force that follows the end of a rod, and the wind on a rope: the kept factor is completed with what is not
@@ -126,7 +131,8 @@ fn of_constraints_that_take_the_cable_where_it_is() {
 /// point more touches, so they are exact to about 1e-3 only.
 #[test]
 fn of_a_cable_on_a_floor() {
-    let text = scenario("contact/cable_on_plane.toml");
+    // At 10 mm the last point that touches bears nothing: there is a derivative for each side.
+    let text = scenario("contact/cable_on_plane.toml").replace("\"10 mm\"", "\"10.2 mm\"");
     let by = ["obstacles.floor.point.2", "sections.cable.linear_density", "constraints.plug-A.position.2"];
     let (error, what) =
         largest_error(&text, &wireloom::registry(), &["energy.total", "force.plug-A", "moment_y.plug-A"], &by, read);

@@ -183,7 +183,7 @@ fn an_insertion_force_has_the_connectors_own_part_or_says_that_it_has_not() {
     assert_ne!(without, text, "another scenario by now");
     let (place, ended) = verify(&without, &[]);
     let push = line(&ended, &["plug-B", "insertion force"]);
-    assert!(push.contains("10.00 N") && push.contains(remark), "{ended:#?}");
+    assert!(push.contains("10.0 N") && push.contains(remark), "{ended:#?}");
     let run = place.run(&["run", "s.toml"]);
     line(&run, &["insertion force 10.00 N (cable alone: that of the connector is not given), allowed 45 N"]);
 }

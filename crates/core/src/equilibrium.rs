@@ -309,6 +309,9 @@ pub struct BranchError {
     pub moment: f64,
     /// Of the least bend radius, m: by so much it may be smaller. `None` where the branch is straight.
     pub bend_radius: Option<f64>,
+    /// Order of the scheme, all along the branch, in the length of segments: 4, 2 where the mesh is coarse or graded,
+    /// or where something touches or slips, 1 of springs.
+    pub order: u32,
 }
 
 /// One joint.

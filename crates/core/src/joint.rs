@@ -59,6 +59,15 @@ pub enum Mounting {
     Pose,
 }
 
+/// What the rod of an arm couples beyond its first segment: pairs of couplings ([`crate::rod::CellPair`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Continuation {
+    /// Length λ of the coupling between the first two segments at the joint, m.
+    pub length: f64,
+    /// Factor on the energy of the variation of curvature ([`crate::law::RodLaw::variation`]).
+    pub variation: f64,
+}
+
 /// A joint of any number k ≥ 2 of arms.
 ///
 /// Contract: the energy depends on the frames of the arms' segments at the joint, or of the stations at their ends (in
@@ -71,13 +80,20 @@ pub trait JointModel: Send + Sync {
     /// Connection of the arms.
     fn mounting(&self) -> Mounting;
 
+    /// Called once, with what the rods of the arms couple beyond their first segments ([`Mounting::Point`] only). A
+    /// model that continues the rods through the joint returns true: its energy then depends on the frames of the
+    /// second segments too, and all slices have those of the first segments and then those of the second ones.
+    fn continue_rods(&mut self, _arms: &[Option<Continuation>]) -> bool {
+        false
+    }
+
     /// Energy, J.
     fn energy(&self, frames: &[Rotation]) -> f64;
 
-    /// Adds ∂E/∂θ_a (N m, body frame of arm a). Returns the energy, J.
+    /// Adds ∂E/∂θ_a (N m, body frame a). Returns the energy, J.
     fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64;
 
-    /// Adds ∂²E/∂θ_a∂θ_b to `hessian[a * k + b]` for b ≤ a (N m).
+    /// Adds ∂²E/∂θ_a∂θ_b to `hessian[a * k + b]` for b ≤ a (N m), k being the number of frames.
     fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]);
 
     /// The coefficients of the energy, if it is of this form.

@@ -8,18 +8,22 @@ use crate::{Rotation, Vector};
 
 /// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
 ///
-/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1 + ε, 0)²)`, `Γ = v + v × φ − (1 + ε) e3`, `v = Rᵀ e/ℓ`, ε the free strain,
-/// `φ = Σ 2 β Re(r) Im(r)` with `r = q̄ Q` over the stations Q beside it ([`crate::rod::Beside`]); the sign of r is
-/// that with Re(r) ≥ 0. Coupling: see [`PairLaw`]; friction adds `λ Σ H(|κ − κ° − p|)` over its elements, with
-/// `H(e) = ½ k e²` up to `e = M/k` and `M e − M²/(2 k)` beyond, and p from the memory of the rod.
+/// Segment: `E = ½ ℓ (Γᵀ C Γ + B min(Γ3 + 1 + ε, 0)²)`, `Γ = u − (1 + ε) e3`, `u − Σ β (u − Rᵀ R_Q u) = Rᵀ e/ℓ`, ε the
+/// free strain, over the stations Q beside it ([`crate::rod::Beside`]). Coupling: see [`PairLaw`]; a pair of couplings
+/// ([`crate::rod::CellPair`]) adds the energy of the variation of curvature between them, with the factor f, and then
+/// β is 1/9 for a station, and 1/72 for the next segment where [`crate::rod::Beside::next`] names one, else 1/12;
+/// friction adds `λ Σ H(|κ − κ° − p|)` over its elements, with `H(e) = ½ k e²` up to `e = M/k` and `M e − M²/(2 k)`
+/// beyond, and p from the memory of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodLaw {
     /// Each segment.
     pub segments: Vec<SegmentLaw>,
     /// C of each coupling: diag(EI1, EI2, GJ), N m².
     pub couplings: Vec<Vector>,
-    /// β of a station at an end of the branch, and of one within it.
+    /// β of a station at an end of the branch, and of one within it, on meshes too coarse for pairs or without f.
     pub blends: [f64; 2],
+    /// f; 0: a scheme of second order.
+    pub variation: f64,
     /// κ°, 1/m; [`crate::BranchShape::extra_curvature`] is added to it.
     pub curvature: Vector,
     /// Friction. The memory of each coupling holds p of each element: two numbers (about d1, d2) in bending, then one
@@ -36,7 +40,7 @@ pub struct SegmentLaw {
     pub overturned: f64,
 }
 
-/// A joint.
+/// A joint, without what it has where it continues rods ([`crate::JointModel::continue_rods`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointLaw {
     /// The pairs of coupled arms; empty on a hub.

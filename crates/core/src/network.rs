@@ -1,7 +1,7 @@
 //! The harness as a graph of branches, joints and constraints, and their indices in a [`crate::State`].
 
 use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
-use crate::joint::{Arm, JointModel, Mounting};
+use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
 use crate::obstacle::{ContactSettings, Obstacle};
 use crate::requirement::{Marker, Requirement};
@@ -176,6 +176,9 @@ pub struct Joint {
     /// Frames coupled by the joint's energy, one for each arm: with [`Mounting::Point`] that of its segment at the
     /// joint, with [`Mounting::Stations`] that of its end; empty on a hub.
     pub arm_frames: Vec<usize>,
+    /// Frames that its energy depends on: those of the arms, and then those of their second segments where the model
+    /// continues the rods ([`JointModel::continue_rods`]).
+    pub coupled_frames: Vec<usize>,
 }
 
 /// Site of a constraint or load: a pose that depends on independent variables of the state.
@@ -426,14 +429,14 @@ impl Network {
             .collect();
         let mut ties = Vec::new();
         let mut placed = Vec::new();
-        for (index, plan) in joints.into_iter().enumerate() {
+        for (index, mut plan) in joints.into_iter().enumerate() {
             let mounting = plan.model.mounting();
             let hub = mounting == Mounting::Pose;
             let point = points;
             points += 1;
             let frame = hub.then_some(frames);
             frames += usize::from(hub);
-            let mut arm_frames = Vec::new();
+            let (mut arm_frames, mut second_frames, mut continuations) = (Vec::new(), Vec::new(), Vec::new());
             for (a, (arm, &b)) in plan.arms.iter().zip(&plan.branches).enumerate() {
                 let branch = &mut branches[b];
                 let end = BranchEnd::Joint { joint: index, arm: a };
@@ -458,6 +461,19 @@ impl Network {
                 if !hub {
                     arm_frames.push(branch.frames.start + station.unwrap_or(mesh.segment_frames[segment]));
                 }
+                if mounting == Mounting::Point && branch.rod.couples_pairs() && mesh.is_fine(segment) {
+                    let (second, coupling) = if arm.starts_here { (1, 0) } else { (segment - 1, mesh.frames() - 2) };
+                    second_frames.push(branch.frames.start + mesh.segment_frames[second]);
+                    let variation = branch.rod.law().map_or(0.0, |law| law.variation);
+                    continuations.push(Some(Continuation { length: mesh.coupling_lengths[coupling], variation }));
+                } else {
+                    continuations.push(None);
+                }
+            }
+            let mut coupled_frames = arm_frames.clone();
+            if plan.model.continue_rods(&continuations) {
+                assert_eq!(second_frames.len(), arm_frames.len(), "joint {} continues rods that end", plan.name);
+                coupled_frames.extend(second_frames);
             }
             placed.push(Joint {
                 name: plan.name,
@@ -469,6 +485,7 @@ impl Network {
                 point,
                 frame,
                 arm_frames,
+                coupled_frames,
             });
         }
         let mut network = Self {

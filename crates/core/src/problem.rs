@@ -38,8 +38,8 @@ impl Hessian {
     /// All zero.
     pub fn new(network: &Network) -> Self {
         Self {
-            branches: network.branches.iter().map(|b| BranchHessian::new(b.rod.mesh())).collect(),
-            joints: network.joints.iter().map(|j| vec![Matrix::zeros(); j.arm_frames.len().pow(2)]).collect(),
+            branches: network.branches.iter().map(|b| BranchHessian::new(b.rod.as_ref())).collect(),
+            joints: network.joints.iter().map(|j| vec![Matrix::zeros(); j.coupled_frames.len().pow(2)]).collect(),
             blocks: Vec::new(),
             ties: vec![Matrix::zeros(); network.ties.len()],
         }

@@ -24,6 +24,9 @@ pub struct Mesh {
     pub coupling_nodes: Vec<usize>,
     /// The segments that have a station at one of their nodes, increasing.
     pub beside: Vec<Beside>,
+    /// Pairs of couplings with the frame of a segment between them, in the order of the row, where the mesh is fine
+    /// enough for a scheme of fourth order: in spans between stations of at least [`Mesh::FINE`] segments.
+    pub pairs: Vec<CellPair>,
 }
 
 /// A segment with a station at one or both of its nodes.
@@ -33,9 +36,33 @@ pub struct Beside {
     pub segment: usize,
     /// Indices in the row of frames of the stations at its first and second node.
     pub stations: [Option<usize>; 2],
+    /// Index in the row of frames of the next segment, on the side away from the only station; where both segments are
+    /// of one length and the mesh is fine enough for a scheme of fourth order.
+    pub next: Option<usize>,
+}
+
+impl Beside {
+    /// Frames that the energy of the segment may depend on beside its own: before and after it in the row.
+    pub fn neighbours(&self) -> [Option<usize>; 2] {
+        let [first, second] = self.stations;
+        [first.or(self.next), second.or(self.next)]
+    }
+}
+
+/// Couplings `frame − 1` and `frame` of the row, on both sides of the frame of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellPair {
+    /// Index of the frame between them.
+    pub frame: usize,
+    /// Share of each coupling that belongs to this pair: 1 beside a station, else half.
+    pub shares: [f64; 2],
 }
 
 impl Mesh {
+    /// Fewest segments of a span between stations for a scheme of fourth order. On coarser ones its wider differences
+    /// know no more of the curvature than the plain scheme.
+    pub const FINE: usize = 6;
+
     /// A mesh from rest lengths (m, positive) and the nodes that are stations (increasing).
     pub fn new(rest_lengths: Vec<f64>, stations: Vec<usize>) -> Self {
         let n = rest_lengths.len();
@@ -47,6 +74,7 @@ impl Mesh {
             coupling_lengths: Vec::new(),
             coupling_nodes: Vec::new(),
             beside: Vec::new(),
+            pairs: Vec::new(),
         };
         let mut frames = 0;
         for node in 0..=n {
@@ -71,11 +99,39 @@ impl Mesh {
         mesh.stations = stations;
         for segment in 0..n {
             let stations = [mesh.station_frame(segment), mesh.station_frame(segment + 1)];
+            let next = mesh.next(segment, stations);
             if stations != [None, None] {
-                mesh.beside.push(Beside { segment, stations });
+                mesh.beside.push(Beside { segment, stations, next });
+            }
+            let frame = mesh.segment_frames[segment];
+            if frame > 0 && frame < mesh.coupling_lengths.len() && mesh.is_fine(segment) {
+                let share = |station: Option<usize>| if station.is_some() { 1.0 } else { 0.5 };
+                mesh.pairs.push(CellPair { frame, shares: stations.map(share) });
             }
         }
         mesh
+    }
+
+    /// Whether the span of a segment, from station to station, has [`Self::FINE`] segments. One that goes on beyond a
+    /// joint, where the branch has no station, has half of them in each branch.
+    pub fn is_fine(&self, segment: usize) -> bool {
+        let k = self.stations.partition_point(|&node| node <= segment);
+        let start = k.checked_sub(1).map(|before| self.stations[before]);
+        let end = self.stations.get(k).copied();
+        let least = if start.is_some() && end.is_some() { Self::FINE } else { Self::FINE / 2 };
+        end.unwrap_or(self.segments()) - start.unwrap_or(0) >= least
+    }
+
+    /// [`Beside::next`] of a segment with these stations.
+    fn next(&self, segment: usize, stations: [Option<usize>; 2]) -> Option<usize> {
+        let next = match stations {
+            [Some(_), None] => segment + 1,
+            [None, Some(_)] => segment.checked_sub(1)?,
+            _ => return None,
+        };
+        let (own, other) = (self.rest_lengths[segment], *self.rest_lengths.get(next)?);
+        let alike = (own - other).abs() <= 1e-6 * own;
+        (alike && self.is_fine(segment)).then(|| self.segment_frames[next])
     }
 
     /// Writes the coupling lengths λ_c (m) for given rest lengths (m): half a segment beside a station, otherwise half
@@ -213,16 +269,17 @@ pub struct SegmentHessian {
     pub tt: Matrix,
 }
 
-/// Second derivatives of the energy of a segment beside stations in their rotations; zero where there is no station.
+/// Second derivatives of the energy of a segment beside stations in the rotations of its neighbours
+/// ([`Beside::neighbours`]); zero where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StationHessian {
-    /// Rows the station at the first (second) node, columns the edge, N.
+pub struct NeighbourHessian {
+    /// Rows the neighbour before (after) the segment, columns the edge, N.
     pub se: [Matrix; 2],
-    /// Rows the station, columns the segment's rotation, N m.
+    /// Rows the neighbour, columns the segment's rotation, N m.
     pub st: [Matrix; 2],
-    /// Rows and columns the station, N m; symmetric.
+    /// Rows and columns the neighbour, N m; symmetric.
     pub ss: [Matrix; 2],
-    /// Rows the second station, columns the first, N m.
+    /// Rows the second neighbour, columns the first, N m.
     pub s1s0: Matrix,
 }
 
@@ -234,16 +291,21 @@ pub struct BranchHessian {
     /// One for each coupling.
     pub couplings: Vec<CouplingHessian>,
     /// One for each entry of [`Mesh::beside`].
-    pub beside: Vec<StationHessian>,
+    pub beside: Vec<NeighbourHessian>,
+    /// One for each entry of [`Mesh::pairs`] if the rod couples them ([`RodSegment::couples_pairs`]): rows the frame
+    /// before that of the pair, columns the frame after it, N m.
+    pub pairs: Vec<Matrix>,
 }
 
 impl BranchHessian {
-    /// Zero Hessian of a branch with this mesh.
-    pub fn new(mesh: &Mesh) -> Self {
+    /// Zero Hessian of a branch.
+    pub fn new(rod: &dyn RodSegment) -> Self {
+        let mesh = rod.mesh();
         Self {
             segments: vec![SegmentHessian::default(); mesh.segments()],
             couplings: vec![CouplingHessian::default(); mesh.coupling_lengths.len()],
-            beside: vec![StationHessian::default(); mesh.beside.len()],
+            beside: vec![NeighbourHessian::default(); mesh.beside.len()],
+            pairs: vec![Matrix::zeros(); if rod.couples_pairs() { mesh.pairs.len() } else { 0 }],
         }
     }
 }
@@ -260,8 +322,8 @@ pub struct CouplingHessian {
 }
 
 /// One branch as a rod with energy
-/// `E = Σ_j E_j(x_{j+1} − x_j, q_j) + Σ_c E_c(q_c, q_{c+1})`, where beside a station E_j may depend on the
-/// station's frame too.
+/// `E = Σ_j E_j(x_{j+1} − x_j, q_j) + Σ_c E_c(q_c, q_{c+1}) + Σ_p E_p(q_{p−1}, q_p, q_{p+1})`, where beside a station
+/// E_j may depend on the frames of the neighbours too, and E_p belongs to pairs of couplings ([`Mesh::pairs`]).
 ///
 /// A rod may remember ([`Self::memory`]). E is then the incremental potential of its law for the memory z at the start
 /// of the increment, `E(x, z) = min over z' of stored(x, z') + dissipated(z → z')`: its minimum in x is the
@@ -277,6 +339,11 @@ pub struct CouplingHessian {
 pub trait RodSegment: Send + Sync {
     /// Its mesh.
     fn mesh(&self) -> &Mesh;
+
+    /// Whether its energy has parts E_p.
+    fn couples_pairs(&self) -> bool {
+        false
+    }
 
     /// Energy by effect, J.
     fn energy(&self, shape: &BranchShape<'_>) -> RodEnergy;
@@ -306,10 +373,9 @@ pub trait RodSegment: Send + Sync {
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]);
 
     /// Derivatives of the energy in the lengths, with frames and points fixed: for each segment
-    /// `[∂E/∂ℓ_j (N), ∂²E/∂ℓ_j² (N/m)]`, for each coupling `[∂E/∂λ_c, ∂²E/∂λ_c²]`. Each part
-    /// of the energy depends on one length, so there are no mixed derivatives. `∂E/∂ℓ` is the configurational
-    /// force that governs sliding constraints.
-    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]);
+    /// `[∂E/∂ℓ_j (N), ∂²E/∂ℓ_j² (N/m)]`, for each coupling `[∂E/∂λ_c, ∂²E/∂λ_c², ∂²E/∂λ_c∂λ_{c+1}]`; there are no other
+    /// mixed derivatives. `∂E/∂ℓ` is the configurational force that governs sliding constraints.
+    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 3]]);
 
     /// Mixed derivatives of the energy in lengths that change at these rates and in the variables: adds
     /// `Σ_j a_j ∂²E/∂ℓ_j∂x_i + Σ_c b_c ∂²E/∂λ_c∂x_i` (N/m where the rates are per metre) to

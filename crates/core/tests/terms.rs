@@ -30,6 +30,7 @@ use wireloom_core::{
     Constraint, Matrix, Minimiser, Network, Problem, Registry, Report, State, Status, Stop, Tangent, Vector,
 };
 use wireloom_scenario::Division;
+use wireloom_testkit::conformance::networks::cut_cable;
 use wireloom_testkit::conformance::numeric::{
     assert_matrix_near, assert_near, derivative, derivative_of_all, random_turn, random_vector, symmetric,
 };
@@ -357,7 +358,7 @@ impl Term for Rods<'_> {
     fn hessian(&mut self, state: &State, variables: &[Variable]) -> DMatrix<f64> {
         let Self(system, term) = self;
         let network = system.network;
-        let mut parts: Vec<_> = network.branches.iter().map(|b| BranchHessian::new(b.rod.mesh())).collect();
+        let mut parts: Vec<_> = network.branches.iter().map(|b| BranchHessian::new(b.rod.as_ref())).collect();
         term.hessian(*system, state, None, &mut parts);
         let mut blocks = Vec::new();
         for (branch, part) in network.branches.iter().zip(&parts) {
@@ -375,13 +376,14 @@ impl Term for Rods<'_> {
             }
             for (beside, h) in mesh.beside.iter().zip(&part.beside) {
                 let j = beside.segment;
-                for (k, station) in beside.stations.iter().enumerate().filter_map(|(k, s)| Some((k, frame((*s)?)))) {
-                    add(&mut blocks, station, point(j), -h.se[k]);
-                    add(&mut blocks, station, point(j + 1), h.se[k]);
-                    add(&mut blocks, station, frame(mesh.segment_frames[j]), h.st[k]);
-                    add(&mut blocks, station, station, h.ss[k]);
+                let neighbours = beside.neighbours();
+                for (k, own) in neighbours.iter().enumerate().filter_map(|(k, c)| Some((k, frame((*c)?)))) {
+                    add(&mut blocks, own, point(j), -h.se[k]);
+                    add(&mut blocks, own, point(j + 1), h.se[k]);
+                    add(&mut blocks, own, frame(mesh.segment_frames[j]), h.st[k]);
+                    add(&mut blocks, own, own, h.ss[k]);
                 }
-                if let [Some(first), Some(second)] = beside.stations {
+                if let [Some(first), Some(second)] = neighbours {
                     add(&mut blocks, frame(second), frame(first), h.s1s0);
                 }
             }
@@ -389,6 +391,9 @@ impl Term for Rods<'_> {
                 add(&mut blocks, frame(c), frame(c), h.aa);
                 add(&mut blocks, frame(c), frame(c + 1), h.ab);
                 add(&mut blocks, frame(c + 1), frame(c + 1), h.bb);
+            }
+            for (pair, h) in mesh.pairs.iter().zip(&part.pairs) {
+                add(&mut blocks, frame(pair.frame - 1), frame(pair.frame + 1), *h);
             }
         }
         dense(&blocks, variables)
@@ -422,13 +427,13 @@ impl Term for Joints<'_> {
     fn hessian(&mut self, state: &State, variables: &[Variable]) -> DMatrix<f64> {
         let Self(network, term) = self;
         let mut tables: Vec<_> =
-            network.joints.iter().map(|j| vec![Matrix::zeros(); j.arm_frames.len().pow(2)]).collect();
+            network.joints.iter().map(|j| vec![Matrix::zeros(); j.coupled_frames.len().pow(2)]).collect();
         term.hessian(network, state, &mut tables);
         let mut blocks = Vec::new();
         for (joint, table) in network.joints.iter().zip(&tables) {
-            for (a, &row) in joint.arm_frames.iter().enumerate() {
-                for (b, &column) in joint.arm_frames[..=a].iter().enumerate() {
-                    let h = table[a * joint.arm_frames.len() + b];
+            for (a, &row) in joint.coupled_frames.iter().enumerate() {
+                for (b, &column) in joint.coupled_frames[..=a].iter().enumerate() {
+                    let h = table[a * joint.coupled_frames.len() + b];
                     add(&mut blocks, Variable::Frame(row), Variable::Frame(column), h);
                 }
             }
@@ -441,6 +446,19 @@ impl Term for Joints<'_> {
 fn joints() {
     let network = network("cosserat");
     check("joints", &network, &shaken(&network), &mut Joints(&network, JointTerm::new(&network)));
+}
+
+/// A joint through which all wires run has the variation of curvature around it, in the frames of four segments.
+#[test]
+fn joints_that_rods_run_through() {
+    let sample = cut_cable(&registry(), "cosserat", 16);
+    let network = &sample.network;
+    assert_eq!(network.joints[0].coupled_frames.len(), 4, "not continued");
+    let mut rng = Rng::with_seed(6);
+    let mut state = sample.state.clone();
+    state.frames.iter_mut().for_each(|q| *q *= random_turn(&mut rng, 0.1));
+    network.follow_ties(&mut state);
+    check("joints", network, &state, &mut Joints(network, JointTerm::new(network)));
 }
 
 struct Constraints<'a>(System<'a>, ConstraintTerm);

@@ -3,7 +3,8 @@
 //! For each increment the conditions and the state are uploaded; one submission holds as many cycles as are probably
 //! needed (a cycle is an iteration, or a shorter trial of its step); then the final state is read back. The host checks
 //! its residual in f64. If it is above the tolerance and `polish` is set, a CPU minimiser continues, and the report
-//! says so.
+//! says so. The shaders have the scheme of second order: on meshes that are fine enough for the fourth
+//! ([`wireloom_core::rod::Mesh::pairs`]) the CPU always makes the last iterations.
 
 use crate::batch::{Batch, Job, Solution};
 use crate::device::{Gpu, OpenError};
@@ -222,6 +223,16 @@ impl Minimiser for GpuMinimiser {
     }
 
     fn accepts(&self, network: &Network) -> Result<(), BuildError> {
+        // The device has what the law of a rod says but for the parts of fourth order, which the CPU adds.
+        let fine =
+            network.branches.iter().find(|branch| branch.rod.couples_pairs() && !branch.rod.mesh().pairs.is_empty());
+        if let (None, Some(branch)) = (&self.polisher, fine) {
+            return Err(BuildError::new(
+                format!("branch `{}` is of fourth order, the device computes with second order", branch.name),
+                "polish = true: the CPU completes what the device finds",
+            )
+            .at("polish"));
+        }
         flatten::accepts(network)
     }
 

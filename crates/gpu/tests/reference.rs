@@ -2,6 +2,9 @@
 //! those of [`wireloom_core::Problem`], and a minimiser made of the reference satisfies the contract of
 //! [`wireloom_core::Minimiser`].
 
+mod common;
+
+use common::registry;
 use fastrand::Rng;
 use wireloom_core::minimiser::Report;
 use wireloom_core::registry::{Parameters, RodKind};
@@ -15,12 +18,6 @@ use wireloom_shaders::memory::Memory;
 use wireloom_shaders::plan::Plan;
 use wireloom_shaders::{Real, Stage, reference};
 use wireloom_testkit::conformance::networks::{Sample, cable, ring, sized_y_harness, y_harness};
-
-fn registry() -> Registry {
-    let mut registry = Registry::default();
-    wireloom_models::register(&mut registry);
-    registry
-}
 
 /// Friction within a section has no law on the GPU: left out there, a cable would spring back.
 #[test]

@@ -5,7 +5,7 @@
 //! quaternion form of the curvature; the second derivatives are derived in the comments below and tested
 //! against finite differences.
 
-use wireloom_core::rod::{CouplingHessian, SegmentHessian, StationHessian};
+use wireloom_core::rod::{CouplingHessian, NeighbourHessian, SegmentHessian};
 use wireloom_core::rotation::skew;
 use wireloom_core::{Matrix, Rotation, Vector};
 
@@ -131,6 +131,7 @@ pub fn edge_stiffness(r: &Matrix, l: f64, c: &Vector) -> Matrix {
 /// The plain law `(2/λ) v` measures the sine of half the angle, which in tight bends costs as much accuracy as the
 /// whole rest of the scheme; with the next term of the arcsine the curvature is the angle over the length up to the
 /// fourth power of the angle.
+#[derive(Clone, Copy)]
 pub struct BendTwist {
     /// Real part of r.
     pub w: f64,
@@ -196,38 +197,56 @@ impl BendTwist {
         (-(wm + vm), wm - vm)
     }
 
-    /// With `J_b = ½(w I + [v]ₓ)`, `J_a = −J_bᵀ`, `μ = ∂E/∂v` and, for `m = C (κ−κ°)`,
-    /// `K = ∂²E/∂v² = (4/λ) G C G + ⅔ ((m·v) I + m vᵀ + v mᵀ)`:
+    /// [`Self::hessian_with`] with C, diagonal, as the derivative of the moment.
+    #[inline(always)]
+    pub fn hessian(&self, lambda: f64, c: &Vector) -> CouplingHessian {
+        let g = self.metric();
+        self.hessian_of(lambda, Matrix::from_diagonal(&(c * (4.0 * g * g / lambda))), c.component_mul(&self.v))
+    }
+
+    /// With `J_b = ½(w I + [v]ₓ)`, `J_a = −J_bᵀ`, `μ = ∂E/∂v`, T = `tangent` the derivative of the moment m in κ (N m²,
+    /// symmetric) and `K = ∂²E/∂v² = (4/λ) G T G + ⅔ ((m·v) I + m vᵀ + v mᵀ)`:
     /// `H_bb = J_bᵀ K J_b − ¼(μ·v) I`, `H_aa = J_aᵀ K J_a − ¼(μ·v) I`,
     /// `H_ab = J_aᵀ K J_b + ¼(v μᵀ + μ vᵀ + w [μ]ₓ − (μ·v) I)`.
     #[inline(always)]
-    pub fn hessian(&self, lambda: f64, c: &Vector) -> CouplingHessian {
+    pub fn hessian_with(&self, lambda: f64, tangent: &Matrix) -> CouplingHessian {
+        let g = self.metric();
+        self.hessian_of(lambda, tangent * (4.0 * g * g / lambda), tangent * self.v)
+    }
+
+    /// g of `G = g I + v vᵀ/3`: `1 + |v|²/6`.
+    #[inline(always)]
+    fn metric(&self) -> f64 {
+        1.0 + self.v.norm_squared() / 6.0
+    }
+
+    /// The Hessian from `(4/λ) g² T` and T v.
+    #[inline(always)]
+    fn hessian_of(&self, lambda: f64, plain: Matrix, tv: Vector) -> CouplingHessian {
         let (w, v, m) = (self.w, &self.v, &self.moment);
-        let g = 1.0 + v.norm_squared() / 6.0;
-        // G C G = g² C + (g/3)(C v vᵀ + v vᵀ C) + (vᵀ C v/9) v vᵀ; with y = (4/λ)((g/3) C v + (vᵀ C v/18) v) + ⅔ m the
+        let g = self.metric();
+        // G T G = g² T + (g/3)(T v vᵀ + v vᵀ T) + (vᵀ T v/9) v vᵀ; with y = (4/λ)((g/3) T v + (vᵀ T v/18) v) + ⅔ m the
         // rest is v yᵀ + y vᵀ.
-        let cv = c.component_mul(v);
-        let y = (cv * (g / 3.0) + v * (cv.dot(v) / 18.0)) * (4.0 / lambda) + m * (2.0 / 3.0);
+        let y = (tv * (g / 3.0) + v * (tv.dot(v) / 18.0)) * (4.0 / lambda) + m * (2.0 / 3.0);
         let mv = m.dot(v) * (2.0 / 3.0);
-        let k = c * (4.0 * g * g / lambda);
-        let (kxy, kxz, kyz) = (v.x * y.y + y.x * v.y, v.x * y.z + y.x * v.z, v.y * y.z + y.y * v.z);
+        let kxy = plain.m12 + v.x * y.y + y.x * v.y;
+        let kxz = plain.m13 + v.x * y.z + y.x * v.z;
+        let kyz = plain.m23 + v.y * y.z + y.y * v.z;
         let k = Matrix::new(
-            k.x + mv + 2.0 * v.x * y.x,
+            plain.m11 + mv + 2.0 * v.x * y.x,
             kxy,
             kxz,
             kxy,
-            k.y + mv + 2.0 * v.y * y.y,
+            plain.m22 + mv + 2.0 * v.y * y.y,
             kyz,
             kxz,
             kyz,
-            k.z + mv + 2.0 * v.z * y.z,
+            plain.m33 + mv + 2.0 * v.z * y.z,
         );
         // With A = [v]ₓ K, so that K [v]ₓ = −Aᵀ, and B = [v]ₓ K [v]ₓ = A [v]ₓ:
         // 4 J K Jᵀ = w² K − B + w (A + Aᵀ), 4 Jᵀ K J = w² K − B − w (A + Aᵀ), 4 J K J = w² K + B + w (A − Aᵀ).
-        let column = |i: usize| -> Vector { v.cross(&k.column(i)) };
-        let a = Matrix::from_columns(&[column(0), column(1), column(2)]);
-        let column = |i: usize| -> Vector { a.row(i).transpose().cross(v) };
-        let b = Matrix::from_columns(&[column(0), column(1), column(2)]);
+        let a = crossed_from_left(v, &k);
+        let b = crossed_from_right(&a, v);
         let at = a.transpose();
         let k = k * (0.25 * w * w);
         let (b, symmetric, skew) = (b * 0.25, (a + at) * (0.25 * w), (a - at) * (0.25 * w));
@@ -236,23 +255,40 @@ impl BendTwist {
         CouplingHessian { aa: diagonal + symmetric, ab: geometric.mixed - k - b - skew, bb: diagonal - symmetric }
     }
 
-    /// [`Self::hessian`] with the derivative `tangent` of the moment in κ (N m², symmetric) in place of C, by its
-    /// formulas as they stand there.
-    pub fn hessian_with(&self, lambda: f64, tangent: &Matrix) -> CouplingHessian {
-        let (w, v, m) = (self.w, &self.v, &self.moment);
-        let g = Matrix::identity() * (1.0 + v.norm_squared() / 6.0) + v * v.transpose() / 3.0;
-        let outer = m * v.transpose();
-        let curved = Matrix::identity() * m.dot(v) + outer + outer.transpose();
-        let k = g * tangent * g * (4.0 / lambda) + curved * (2.0 / 3.0);
-        let jb = (Matrix::identity() * w + skew(v)) * 0.5;
-        let ja = -jb.transpose();
-        let geometric = Geometric::new(w, v, &self.half_mu);
-        CouplingHessian {
-            aa: ja.transpose() * k * ja + geometric.diagonal,
-            ab: ja.transpose() * k * jb + geometric.mixed,
-            bb: jb.transpose() * k * jb + geometric.diagonal,
-        }
+    /// Second derivatives of an energy with `∂²E/∂κ∂κ′ = mixed` in the frames of this coupling (κ) and the next one
+    /// (κ′), of lengths λ (m): rows its first and second frame, columns those of the next. With `B = (1/λλ′) G mixed
+    /// G′` and `∂κ/∂θ_b = (1/λ) G (w I + [v]ₓ)`, `∂κ/∂θ_a = −(1/λ) G (w I − [v]ₓ)` they are `∓(w I ± [v]ₓ) B (∓(w′ I ∓
+    /// [v′]ₓ))`, upper signs for the first frames.
+    #[inline(always)]
+    pub fn hessian_across(&self, next: &Self, lambdas: [f64; 2], mixed: &Matrix) -> [[Matrix; 2]; 2] {
+        let (v, u) = (&self.v, &next.v);
+        let (g, f) = (self.metric(), next.metric());
+        // G mixed G′, as in `hessian_of`.
+        let (from_left, from_right) = (mixed.tr_mul(v), mixed * u);
+        let b = mixed * (g * f)
+            + v * (from_left * (f / 3.0) + u * (from_left.dot(u) / 9.0)).transpose()
+            + (from_right * (g / 3.0)) * u.transpose();
+        let b = b * (1.0 / (lambdas[0] * lambdas[1]));
+        let (along, across) = (b * self.w, crossed_from_left(v, &b));
+        [-along - across, along - across].map(|row| {
+            let (along, across) = (row * next.w, crossed_from_right(&row, u));
+            [across - along, across + along]
+        })
     }
+}
+
+/// `[v]ₓ M`.
+#[inline(always)]
+fn crossed_from_left(v: &Vector, m: &Matrix) -> Matrix {
+    let column = |i: usize| -> Vector { v.cross(&m.column(i)) };
+    Matrix::from_columns(&[column(0), column(1), column(2)])
+}
+
+/// `M [v]ₓ`.
+#[inline(always)]
+fn crossed_from_right(m: &Matrix, v: &Vector) -> Matrix {
+    let (x, y, z) = (m.column(0), m.column(1), m.column(2));
+    Matrix::from_columns(&[y * v.z - z * v.y, z * v.x - x * v.z, x * v.y - y * v.x])
 }
 
 /// The same of a segment at v: `[½ (EA (1 + ε)² − vᵀ C v), vᵀ C v/ℓ]`, EA being C3 but for what lies beyond it.
@@ -300,14 +336,11 @@ impl Geometric {
 
 /// Stretch and shear of a segment beside a station (or between two).
 ///
-/// The segment's tangent is blended with the station's: `Γ = v + v × φ − (1 + ε) e3` with `φ = Σ 2 β Re(r) Im(r)`,
-/// `r = q̄ Q`, over the stations beside it: the turn from the segment's frame to theirs (the sine of its angle, smooth
-/// for any turn). To leading order the plain staggered scheme differs from the rod by the functional
-/// `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead loads aside). β = 1/12 takes
-/// out its boundary term, which is the larger part; with β = 1/8 what is then left at the boundary works against the
-/// integral too, and the error of clamped, hanging and branched references is least. At a station within a branch the
-/// integral has two sides to be worked against: there β = 3/16 is best for what lies in a ring, and indifferent for a
-/// clip.
+/// The strain is that of an edge corrected by frames beside it: `Γ = u − (1 + ε) e3`, `v = B u`, `B = I − Σ a (I − R′)`
+/// with `R′ = Rᵀ R_k` over the neighbours k. A node between segments stands for the point `x − (ℓ²/24) x″` of the
+/// centre line, a station for the point itself; so the edge between them is short of the tangent at its middle by
+/// `(ℓ/24) x″` at the station Q, and ℓ x″ there is a difference of the tangents `R u` of Q, of the segment and, to
+/// second order, of the next one: see [`Stencil`].
 pub struct BlendedStretchShear {
     /// R(q).
     pub r: Matrix,
@@ -319,178 +352,181 @@ pub struct BlendedStretchShear {
     pub c: Vector,
     /// Part of it that belongs to frame B.
     beyond: f64,
-    /// Γ.
-    gamma: Vector,
-    /// (1 + ε) e3.
-    free: Vector,
-    /// φ.
-    phi: Vector,
-    /// Of each station β and (w, Im) of q̄ Q.
-    turns: [Option<(f64, f64, Vector)>; 2],
+    /// u.
+    u: Vector,
+    /// 1 + ε.
+    free: f64,
+    /// B⁻¹.
+    inverse: Matrix,
+    /// a and R′ of each neighbour.
+    turns: [Option<(f64, Matrix)>; 2],
 }
 
-/// Share β of the tangent of a station at an end of the branch.
-pub const END_BLEND: f64 = 1.0 / 8.0;
-/// Share β of the tangent of a station within the branch.
-pub const INNER_BLEND: f64 = 3.0 / 16.0;
+/// Coefficients a of [`BlendedStretchShear`].
+///
+/// `ℓ x″ ≈ 2 (t_½ − t_Q)` is of first order in ℓ and gives a = 1/12 to the station; with the next segment
+/// `ℓ x″ ≈ −(8/3) t_Q + 3 t_½ − (1/3) t_{3/2}`, of second order, gives 1/9 to the station and 1/72 to that.
+///
+/// Without [`crate::variation::Variation`] the scheme is of second order: to leading order it differs from the rod by
+/// the functional `(ℓ²/24) ([n·x″] − ∫ κ′ᵀ C κ′ ds)` (modified equation, per span between stations, dead loads aside).
+/// a = 1/12 takes out its boundary term; with a = 1/8 what is then left at the boundary works against the integral too,
+/// and the error of clamped, hanging and branched references is least. At a station within a branch the integral has
+/// two sides to be worked against: there 3/16 is best for what lies in a ring, and indifferent for a clip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stencil {
+    /// Of a station.
+    pub station: f64,
+    /// Of the next segment.
+    pub next: f64,
+}
+
+impl Stencil {
+    /// Of second order, in which the next segment takes part.
+    pub const WIDE: Self = Self { station: 1.0 / 9.0, next: 1.0 / 72.0 };
+    /// Of first order.
+    pub const NARROW: Self = Self { station: 1.0 / 12.0, next: 0.0 };
+    /// At an end of the branch, for a scheme of second order.
+    pub const END: Self = Self { station: 1.0 / 8.0, next: 0.0 };
+    /// Within the branch, for a scheme of second order.
+    pub const INNER: Self = Self { station: 3.0 / 16.0, next: 0.0 };
+}
 
 impl BlendedStretchShear {
-    /// At edge `e` (m) and frame `q` beside stations, each with its frame and β, for rest length `l` (m) and free
+    /// At edge `e` (m) and frame `q` with neighbours, each with its frame and a, for rest length `l` (m) and free
     /// strain ε.
     pub fn new(
         e: &Vector,
         q: &Rotation,
-        stations: [Option<(&Rotation, f64)>; 2],
+        neighbours: [Option<(&Rotation, f64)>; 2],
         [l, free_strain]: [f64; 2],
         stiffness: &SegmentStiffness,
     ) -> Self {
         let r = rotation_matrix(q);
         let v = r.tr_mul(e) / l;
-        let turns = stations.map(|station| {
-            station.map(|(station, blend)| {
-                let (w, v) = relative(q, station);
-                (blend, w, v)
-            })
-        });
-        let phi = turns.iter().flatten().map(|(blend, w, v)| v * (2.0 * blend * w)).sum();
-        let u = v + v.cross(&phi);
+        let turns = neighbours.map(|k| k.map(|(frame, a)| (a, r.tr_mul(&rotation_matrix(frame)))));
+        let mut b = Matrix::identity();
+        for (a, turn) in turns.iter().flatten() {
+            b += (turn - Matrix::identity()) * *a;
+        }
+        // The sum of all a is less than a half, so B is regular.
+        let inverse = b.try_inverse().unwrap_or(Matrix::repeat(f64::NAN));
+        let u = inverse * v;
         let (c, beyond) = stiffness.at(&u);
-        let free = Vector::z() * (1.0 + free_strain);
-        let gamma = u - free;
-        let n = stiffness.c.component_mul(&gamma) + Vector::z() * (beyond * u.z);
-        Self { r, v, n, c, beyond, gamma, free, phi, turns }
+        let free = 1.0 + free_strain;
+        let n = stiffness.c.component_mul(&(u - Vector::z() * free)) + Vector::z() * (beyond * u.z);
+        Self { r, v, n, c, beyond, u, free, inverse, turns }
     }
 
     /// (shear, stretch) energy, J.
     pub fn energy(&self, l: f64) -> (f64, f64) {
-        let (n, g) = (&self.n, &self.gamma);
-        (0.5 * l * (n.x * g.x + n.y * g.y), 0.5 * l * (n.z * g.z + self.beyond * (g.z + self.free.z)))
+        let (n, u) = (&self.n, &self.u);
+        (0.5 * l * (n.x * u.x + n.y * u.y), 0.5 * l * (n.z * (u.z - self.free) + self.beyond * u.z))
     }
 
-    /// `n′ = n + φ × n`, the force conjugate to v.
-    fn force(&self, n: &Vector) -> Vector {
-        n + self.phi.cross(n)
-    }
-
-    /// As [`StretchShear::length_terms`], with `Γ + (1 + ε) e3` in place of v.
+    /// As [`StretchShear::length_terms`], with u in place of v.
     pub fn length_terms(&self, l: f64) -> [f64; 2] {
-        stretch_length_terms(&(self.gamma + self.free), self.free.z, l, &self.c, self.beyond)
+        stretch_length_terms(&self.u, self.free, l, &self.c, self.beyond)
     }
 
     /// As [`StretchShear::per_length`].
     pub fn per_length(self, l: f64) -> Self {
-        Self { n: self.c.component_mul(&(self.gamma + self.free)) / -l, ..self }
+        Self { n: self.c.component_mul(&self.u) / -l, ..self }
     }
 
-    /// World force on the edge, `R n′`, N.
+    /// World force on the edge, `R p` with `p = B⁻ᵀ n`, N.
     pub fn world_force(&self) -> Vector {
-        self.r * self.force(&self.n)
+        self.r * self.inverse.tr_mul(&self.n)
     }
 
-    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_station])`: as for the plain law with n′, and through φ with `∂E/∂φ = μ = ℓ n × v`;
-    /// `∂φ/∂θ` and `∂φ/∂θ_station` are `−β (w (w I − [Im]ₓ) − Im Imᵀ)` and `β (w (w I + [Im]ₓ) − Im Imᵀ)`.
+    /// `(∂E/∂e, ∂E/∂θ, [∂E/∂θ_k])`: with p, which is conjugate to v, `R p` and `ℓ (p × v + Σ a (R′ u) × p)`, and
+    /// `ℓ a z × u` with `z = R′ᵀ p` on a neighbour.
     pub fn gradient(&self, l: f64) -> (Vector, Vector, [Vector; 2]) {
-        let force = self.force(&self.n);
-        let mu = self.n.cross(&self.v) * l;
-        let mut moment = force.cross(&self.v) * l;
-        let mut at_stations = [Vector::zeros(); 2];
-        for (turn, at) in self.turns.iter().zip(&mut at_stations) {
-            if let Some((blend, w, im)) = turn {
-                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
-                moment += segment.tr_mul(&mu);
-                *at = station.tr_mul(&mu);
+        let p = self.inverse.tr_mul(&self.n);
+        let mut moment = p.cross(&self.v);
+        let mut at_neighbours = [Vector::zeros(); 2];
+        for (turn, at) in self.turns.iter().zip(&mut at_neighbours) {
+            if let Some((a, turn)) = turn {
+                moment += (turn * self.u).cross(&p) * *a;
+                *at = turn.tr_mul(&p).cross(&self.u) * (a * l);
             }
         }
-        (self.r * force, moment, at_stations)
+        (self.r * p, moment * l, at_neighbours)
     }
 
-    /// `∂²E/∂e² = R A C Aᵀ Rᵀ/ℓ` with `Aᵀ = I − [φ]ₓ`, `∂Γ/∂e = Aᵀ Rᵀ/ℓ`.
+    /// `∂²E/∂e² = R B⁻ᵀ C B⁻¹ Rᵀ/ℓ`.
     pub fn edge_stiffness(&self, l: f64) -> Matrix {
-        edge_stiffness(&(self.r * (Matrix::identity() + skew(&self.phi))), l, &self.c)
+        edge_stiffness(&(self.r * self.inverse.transpose()), l, &self.c)
     }
 
-    /// δΓ for a step: `δv + δv × φ + v × δφ`, `δv = Rᵀ δe/ℓ + v × θ`.
-    pub fn strain_change(&self, l: f64, de: &Vector, theta: &Vector, at_stations: [Vector; 2]) -> Vector {
-        let dv = self.r.tr_mul(de) / l + self.v.cross(theta);
-        let mut dphi = Vector::zeros();
-        for (turn, at) in self.turns.iter().zip(&at_stations) {
-            if let Some((blend, w, im)) = turn {
-                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
-                dphi += segment * theta + station * at;
+    /// J = ∂u in (e, θ, θ_1, θ_2): `B⁻¹ Rᵀ/ℓ`, `B⁻¹ ([v]ₓ − Σ a [R′ u]ₓ)` and `a B⁻¹ R′ [u]ₓ`.
+    fn jacobians(&self, l: f64) -> [Matrix; 4] {
+        let skew_u = skew(&self.u);
+        let mut all = [self.r.transpose() / l, skew(&self.v), Matrix::zeros(), Matrix::zeros()];
+        for (k, turn) in self.turns.iter().enumerate() {
+            if let Some((a, turn)) = turn {
+                all[1] -= skew(&(turn * self.u)) * *a;
+                all[2 + k] = turn * skew_u * *a;
             }
         }
-        dv + dv.cross(&self.phi) + self.v.cross(&dphi)
+        all.map(|of_v| self.inverse * of_v)
     }
 
-    /// Second derivatives with `n` as the force of the geometric part: `ℓ Jᵀ C J` with `J = ∂Γ`, the second
-    /// derivatives of `ℓ n′·v` in (e, θ) and of `μ·φ` in (θ, θ_Q), and `ℓ n·(δv × δφ)` twice.
-    pub fn hessian(&self, l: f64, n: &Vector) -> (SegmentHessian, StationHessian) {
-        let v = &self.v;
+    /// δΓ for a step.
+    pub fn strain_change(&self, l: f64, de: &Vector, theta: &Vector, at_neighbours: [Vector; 2]) -> Vector {
+        let [by_edge, own, first, second] = self.jacobians(l);
+        by_edge * de + own * theta + first * at_neighbours[0] + second * at_neighbours[1]
+    }
+
+    /// Second derivatives with `n` as the force of the geometric part: `ℓ Jᵀ C J`, and those of `ℓ n·u`. By
+    /// `B δ²u = δ²v − 2 δB δu − δ²B u` these are, with `p = B⁻ᵀ n`, the second derivatives of `ℓ p·v` at fixed p,
+    /// `−ℓ (L J + Jᵀ Lᵀ)` with `δᵀ L w = p·δB w`, and for each neighbour, with `y = R′ u` and `z = R′ᵀ p`, those of
+    /// `−ℓ a p·exp(−θ) R′ exp(θ_k) u` at fixed u:
+    ///
+    /// ```text
+    /// L: rows θ   Σ a [p]ₓ R′,    rows θ_k  −a [z]ₓ
+    /// θ θ         −ℓ a (sym(p yᵀ) − (p·y) I)
+    /// θ_k θ_k     −ℓ a (sym(z uᵀ) − (z·u) I)
+    /// θ_k θ       ℓ a ([p]ₓ R′ [u]ₓ)ᵀ
+    /// ```
+    pub fn hessian(&self, l: f64, n: &Vector) -> (SegmentHessian, NeighbourHessian) {
+        let p = self.inverse.tr_mul(n);
         let rt = self.r.transpose();
         let c = Matrix::from_diagonal(&self.c);
-        // ∂v and ∂φ in (e, θ, Q_1, Q_2), then ∂Γ = (I − [φ]ₓ) ∂v + [v]ₓ ∂φ.
-        let dv = [rt / l, skew(v), Matrix::zeros(), Matrix::zeros()];
-        let mut dphi = [Matrix::zeros(); 4];
+        let jacobians = self.jacobians(l);
+        let mut turned = [Matrix::zeros(); 4];
         for (k, turn) in self.turns.iter().enumerate() {
-            if let Some((blend, w, im)) = turn {
-                let [segment, station] = turn_jacobians(*w, im).map(|jacobian| jacobian * *blend);
-                dphi[1] += segment;
-                dphi[2 + k] = station;
+            if let Some((a, turn)) = turn {
+                turned[1] += skew(&p) * turn * *a;
+                turned[2 + k] = skew(&turn.tr_mul(&p)) * -*a;
             }
         }
-        let along_v = Matrix::identity() - skew(&self.phi);
-        let along_phi = skew(v);
-        let dgamma: [Matrix; 4] = std::array::from_fn(|i| along_v * dv[i] + along_phi * dphi[i]);
-        // n·(a × b) = aᵀ [n]ₓᵀ b
-        let crossed = skew(n).transpose();
         let block = |i: usize, k: usize| -> Matrix {
-            let cross = dv[i].transpose() * crossed * dphi[k] + dphi[i].transpose() * crossed.transpose() * dv[k];
-            (dgamma[i].transpose() * c * dgamma[k] + cross) * l
+            let (a, b) = (&jacobians[i], &jacobians[k]);
+            (a.transpose() * c * b - turned[i] * b - a.transpose() * turned[k].transpose()) * l
+        };
+        let symmetric = |a: &Vector, b: &Vector| -> Matrix {
+            let outer = a * b.transpose() * 0.5;
+            outer + outer.transpose() - Matrix::identity() * a.dot(b)
         };
         let mut segment = SegmentHessian { ee: block(0, 0), te: block(1, 0), tt: block(1, 1) };
-        // Second derivatives of v at fixed n′: as in the plain law.
-        let force = self.force(n);
-        segment.te += skew(&force) * rt;
-        let outer = force * v.transpose();
-        segment.tt += ((outer + outer.transpose()) * 0.5 - Matrix::identity() * force.dot(v)) * l;
-        // Second derivatives of φ at fixed μ.
-        let mu = n.cross(v) * l;
-        let mut stations = StationHessian {
+        segment.te += skew(&p) * rt;
+        segment.tt += symmetric(&p, &self.v) * l;
+        let mut neighbours = NeighbourHessian {
             se: [block(2, 0), block(3, 0)],
             st: [block(2, 1), block(3, 1)],
             ss: [block(2, 2), block(3, 3)],
             s1s0: block(3, 2),
         };
         for (k, turn) in self.turns.iter().enumerate() {
-            if let Some((blend, w, im)) = turn {
-                let [own, mixed, station] = turn_hessians(*w, im, &(mu * *blend));
-                segment.tt += own;
-                stations.ss[k] += station;
-                stations.st[k] += mixed.transpose();
+            if let Some((a, turn)) = turn {
+                let (y, z) = (turn * self.u, turn.tr_mul(&p));
+                segment.tt -= symmetric(&p, &y) * (a * l);
+                neighbours.ss[k] -= symmetric(&z, &self.u) * (a * l);
+                neighbours.st[k] += (skew(&p) * turn * skew(&self.u)).transpose() * (a * l);
             }
         }
-        (segment, stations)
+        (segment, neighbours)
     }
-}
-
-/// First derivatives of `φ = 2 w v`, (w, v) = q̄ Q, in the rotations of q and Q:
-/// `−(w (w I − [v]ₓ) − v vᵀ)` and `w (w I + [v]ₓ) − v vᵀ`.
-fn turn_jacobians(w: f64, v: &Vector) -> [Matrix; 2] {
-    let (outer, diagonal, skew) = (v * v.transpose(), Matrix::identity() * (w * w), skew(v) * w);
-    [outer + skew - diagonal, diagonal + skew - outer]
-}
-
-/// Second derivatives of `μ·φ = 2 w (μ·v)` in the rotation of q, in both (rows q, columns Q) and in that of Q: with
-/// `a = ∂(μ·v)/∂θ = −½(w μ + v × μ)` and `b = ∂(μ·v)/∂θ_Q = ½(w μ − v × μ)` `−w (μ·v) I + v aᵀ + a vᵀ`,
-/// `½ w (v μᵀ + μ vᵀ + w [μ]ₓ) + v bᵀ − a vᵀ + ½ (μ·v) [v]ₓ` and `−w (μ·v) I − v bᵀ − b vᵀ`.
-fn turn_hessians(w: f64, v: &Vector, mu: &Vector) -> [Matrix; 3] {
-    let (along, across) = (mu * w, v.cross(mu));
-    let (a, b) = ((along + across) * -0.5, (along - across) * 0.5);
-    let m = mu.dot(v);
-    let diagonal = Matrix::identity() * (-w * m);
-    let (va, vb, vmu) = (v * a.transpose(), v * b.transpose(), v * mu.transpose());
-    let mixed = (vmu + vmu.transpose() + skew(mu) * w) * (0.5 * w) + vb - va.transpose() + skew(v) * (0.5 * m);
-    [diagonal + va + va.transpose(), mixed, diagonal - vb - vb.transpose()]
 }
 
 /// R(q), by the usual quadratic form.

@@ -5,6 +5,7 @@ pub mod friction;
 pub mod joints;
 pub mod kernel;
 pub mod rods;
+pub mod variation;
 
 use wireloom_core::Registry;
 

@@ -173,6 +173,11 @@ impl Branch {
         Some((error.position, error.force, error.moment, error.bend_radius))
     }
 
+    /// Order of the scheme in the length of segments, all along the branch.
+    fn order(&self) -> Option<u32> {
+        self.get().error.map(|error| error.order)
+    }
+
     /// Energy dissipated by the friction within its section, J: in the increment, and since the start.
     fn dissipated(&self) -> Option<(f64, f64)> {
         self.get().friction.as_ref().map(|friction| (friction.dissipated, friction.dissipated_in_all))

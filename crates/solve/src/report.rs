@@ -6,6 +6,7 @@ pub mod events;
 mod lines;
 mod linking;
 mod log;
+mod nodes;
 pub(crate) mod requirements;
 pub mod result;
 pub(crate) mod sheet;

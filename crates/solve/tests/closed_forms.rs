@@ -75,37 +75,38 @@ fn second_order(errors: [f64; 3], floor: f64) {
     }
 }
 
-/// Equilibrium of the straight cable with its far end turned by `angle` (rad): all couplings of two segments turn by
-/// `α`, those to the stations at the ends by `β`, with β such that the first segment is in balance.
+/// Equilibrium of the straight cable with its far end turned by `angle` (rad): the frames turn about the axis alone,
+/// and are brought into balance by steps with the springs between neighbours, which leave a third of what is out of
+/// balance.
 fn twisted(sample: &Sample, problem: &mut Problem<'_>, angle: f64) -> State {
-    let segments = sample.network.branches[0].rod.mesh().segments();
+    let mesh = sample.network.branches[0].rod.mesh();
     let mut state = sample.state.clone();
     let base = sample.conditions.targets[0].orientation;
-    let spin = |angle: f64| base * Rotation::from_axis_angle(&Vector::z_axis(), angle);
-    let mut place = |beta: f64| {
-        let alpha = (angle - 2.0 * beta) / (segments - 1) as f64;
-        for j in 0..segments {
-            state.frames[1 + j] = spin(beta + alpha * j as f64);
-        }
-        state.frames[segments + 1] = spin(angle);
-        state.clone()
-    };
+    let places = mesh.frame_places(&mesh.arc_lengths());
+    let last = places.len() - 1;
+    let mut angles: Vec<f64> = places.iter().map(|s| angle * s / mesh.length()).collect();
+    let mut target = sample.conditions.targets[1];
+    target.orientation = base * Rotation::from_axis_angle(&Vector::z_axis(), angle);
+    problem.set_target(1, target);
     let mut gradient = Tangent::zeros(&sample.network);
-    // A larger turn beside the station turns the first segment back.
-    let (mut low, mut high) = (0.0, angle / segments as f64);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        problem.gradient(&place(middle), &mut gradient);
-        if gradient.frames[1].z < 0.0 {
-            low = middle;
-        } else {
-            high = middle;
+    for _ in 0..40 {
+        for (frame, angle) in state.frames.iter_mut().zip(&angles) {
+            *frame = base * Rotation::from_axis_angle(&Vector::z_axis(), *angle);
+        }
+        problem.gradient(&state, &mut gradient);
+        // Of a chain of springs GJ/λ between fixed ends: torques t from the start on, turned by Σ t λ/GJ.
+        let compliance = |c: usize| mesh.coupling_lengths[c] / section(false).torsion_stiffness;
+        let (mut torque, mut turned, mut moves) = (0.0, 0.0, vec![0.0; last + 1]);
+        for c in 0..last {
+            turned += torque * compliance(c);
+            moves[c + 1] = turned;
+            torque += gradient.frames[c + 1].z;
+        }
+        for (k, angle) in angles.iter_mut().enumerate() {
+            *angle += moves[k] - turned * places[k] / mesh.length();
         }
     }
-    let mut target = sample.conditions.targets[1];
-    target.orientation = spin(angle);
-    problem.set_target(1, target);
-    place(0.5 * (low + high))
+    state
 }
 
 /// The closed form neglects shear, of the order of `M²/(EI GA)` = 1e-4 of the load.

@@ -2,8 +2,8 @@
 //! and quaternion products: what kinds that say their law are held to.
 
 use wireloom_core::law::{PairLaw, RodLaw, SpringLaw, TurningLaw};
-use wireloom_core::rod::Mesh;
-use wireloom_core::{BranchShape, Pose, Rotation, Vector};
+use wireloom_core::rod::{CellPair, Mesh};
+use wireloom_core::{BranchShape, Matrix, Pose, Rotation, Vector};
 
 /// w ≥ 0 and v of `q̄_a q_b`.
 fn relative(a: &Rotation, b: &Rotation) -> (f64, Vector) {
@@ -26,15 +26,25 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
         let q = &shape.frames[mesh.segment_frames[j]];
         let l = shape.rest_lengths[j];
         let v = q.inverse() * (shape.edge(j) / l);
-        let mut phi = Vector::zeros();
+        let mut of_strain = Matrix::identity();
+        let turn = |c: usize| *(q.inverse() * shape.frames[c]).to_rotation_matrix().matrix() - Matrix::identity();
         for beside in mesh.beside.iter().filter(|beside| beside.segment == j) {
+            let is_fourth_order = law.variation > 0.0 && mesh.is_fine(j);
+            let next = beside.next.filter(|_| is_fourth_order);
             for c in beside.stations.into_iter().flatten() {
                 let end = c == 0 || c + 1 == shape.frames.len();
-                let (w, im) = relative(q, &shape.frames[c]);
-                phi += im * (2.0 * law.blends[usize::from(!end)] * w);
+                let beta = match (is_fourth_order, next) {
+                    (false, _) => law.blends[usize::from(!end)],
+                    (true, None) => 1.0 / 12.0,
+                    (true, Some(_)) => 1.0 / 9.0,
+                };
+                of_strain += turn(c) * beta;
+            }
+            if let Some(c) = next {
+                of_strain += turn(c) / 72.0;
             }
         }
-        let blended = v + v.cross(&phi);
+        let blended = of_strain.lu().solve(&v).unwrap_or(Vector::repeat(f64::NAN));
         let gamma = blended - Vector::z() * (1.0 + shape.free_strain);
         let overturned = blended.z.min(0.0);
         let stiff = gamma.dot(&segment.stiffness.component_mul(&gamma));
@@ -43,6 +53,9 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
     for (c, stiffness) in law.couplings.iter().enumerate() {
         let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
         energy += bend_twist(&shape.frames[c], &shape.frames[c + 1], shape.coupling_lengths[c], stiffness, &rest);
+    }
+    if law.variation > 0.0 {
+        energy += mesh.pairs.iter().map(|pair| variation(law, pair, shape)).sum::<f64>();
     }
     let (bending, torsion) = (&law.friction.bending, &law.friction.torsion);
     let memory = shape.memory.chunks_exact((2 * bending.len() + torsion.len()).max(1));
@@ -58,6 +71,32 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
             let (k, m) = (element.stiffness, element.moment);
             energy += lambda * if d <= m / k { 0.5 * k * d * d } else { m * d - 0.5 * m * m / k };
         }
+    }
+    energy
+}
+
+/// Energy of the variation of curvature between two couplings, J: the mean of the curvature of each cell in place of
+/// its own, and `(λ³/24) κ′ᵀ C κ′`.
+fn variation(law: &RodLaw, pair: &CellPair, shape: &BranchShape<'_>) -> f64 {
+    let c = pair.frame;
+    let stiffness = &law.couplings[c];
+    let form = |e: Vector| e.dot(&stiffness.component_mul(&e));
+    let lambda = [shape.coupling_lengths[c - 1], shape.coupling_lengths[c]];
+    let distance = (lambda[0] + lambda[1]) / 2.0;
+    let (mut kappa, mut rest) = ([Vector::zeros(); 2], [Vector::zeros(); 2]);
+    for k in 0..2 {
+        let (_, v) = relative(&shape.frames[c - 1 + k], &shape.frames[c + k]);
+        kappa[k] = v * (2.0 / lambda[k]) * (1.0 + v.norm_squared() / 6.0);
+        rest[k] = law.curvature + shape.extra_curvature.get(c - 1 + k).copied().unwrap_or_default();
+    }
+    let rate = |of: &[Vector; 2]| (of[1] - of[0]) / distance;
+    let turning = kappa[0].cross(&rate(&kappa)) - rest[0].cross(&rate(&rest));
+    let mut energy = 0.0;
+    for k in 0..2 {
+        let strain = kappa[k] - rest[k];
+        let mean = strain - turning * (lambda[k] * lambda[k] / 12.0);
+        let within = law.variation * lambda[k].powi(3) / 24.0 * form(rate(&kappa) - rate(&rest));
+        energy += pair.shares[k] * (0.5 * lambda[k] * (form(mean) - form(strain)) + within);
     }
     energy
 }

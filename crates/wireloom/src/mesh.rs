@@ -1,10 +1,11 @@
 //! A mesh that is as fine as the accuracy of a scenario asks for: `[mesh] accuracy = "2 %"`.
 //!
 //! Trial runs of the whole scenario estimate the discretisation error of the curvature at every node and increment
-//! ([`NodalErrors`]). Errors are of second order, so a segment of length ℓ with the error e becomes one of the length
-//! `ℓ √(t/e)`, where t is what is allowed there: the accuracy times the curvature, or times a third of the largest
-//! curvature allowed (without a limit: of the branch's largest one, or of a bend of 50 diameters) where that is more.
-//! Lengths grow by at most a quarter of the way along the branch, as the scheme is of second order only on meshes that
+//! ([`NodalErrors`]). Errors are of fourth order on even meshes, of second order on graded and coarse ones. So a
+//! segment of length ℓ with the error e becomes one of the length `ℓ (t/e)^¼` where it may be longer, and `ℓ √(t/e)`
+//! where it must be shorter; t is what is allowed there: the accuracy times the curvature, or times a third of the
+//! largest curvature allowed (without a limit: of the branch's largest one, or of a bend of 50 diameters) where that is
+//! more. Lengths grow by at most a quarter of the way along the branch, as the scheme has an order only on meshes that
 //! change slowly. The mesh of a scenario is the same on every machine: the trial runs are.
 
 use wireloom_core::equilibrium::StepResult;
@@ -224,7 +225,8 @@ impl Trial {
                 // A straight branch without a limit allows nothing and needs nothing.
                 let ratio = if *error > 0.0 { error / allowed } else { 0.0 };
                 self.worst = self.worst.max(ratio);
-                let factor = (SAFETY / ratio.sqrt()).clamp(CHANGE[0], CHANGE[1]);
+                let order = if ratio < 1.0 { 0.25 } else { 0.5 };
+                let factor = (SAFETY * ratio.powf(-order)).clamp(CHANGE[0], CHANGE[1]);
                 wanted[i][1] = wanted[i][1].min(length * factor);
             }
         }

@@ -61,7 +61,7 @@ fn write(place: &Place, case: u32, model: &str) -> Checked {
     Ok(())
 }
 
-/// The rod's law of bending is the rotation vector to fourth order of the angle between segments, a hundredth here.
+/// The spring bends as the rod does, but knows nothing of the variation of curvature around it.
 fn as_good_as_the_cable() -> Checked {
     let place = Place::new()?;
     write(&place, 0, "two-arm-spring")?;
@@ -76,7 +76,7 @@ fn as_good_as_the_cable() -> Checked {
             for (axis, shift) in [(0, 0.0), (1, 0.5), (2, 0.0)] {
                 let got = number(&result, &format!("/steps/{last}/branches/{branch}/position/{node}/{axis}"));
                 let plain = number(&result, &format!("/steps/{last}/branches/plain/position/{}/{axis}", first + node));
-                ensure((got - shift - plain).abs() < 1e-6, format!("{branch} {node} {axis}: {got} beside {plain}"))?;
+                ensure((got - shift - plain).abs() < 1e-5, format!("{branch} {node} {axis}: {got} beside {plain}"))?;
             }
         }
     }

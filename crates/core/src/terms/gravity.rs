@@ -2,23 +2,59 @@
 
 use crate::conditions::System;
 use crate::network::{Branch, Tie};
+use crate::rod::{Beside, Mesh};
 use crate::variable::{Block, Variable};
 use crate::{Matrix, State, Tangent, Vector};
 use std::collections::BTreeMap;
 use std::ops::{Mul, Neg};
 
-/// Fraction of the weight of a segment beside a station that is lumped at its other node instead: this removes the
-/// boundary term `−(ℓ²/24) [ρ g·t]` of each span from the error of the staggered scheme.
-pub const STATION_SHIFT: f64 = 1.0 / 24.0;
+/// Part of a segment's load that is lumped at the other node of a segment beside a station instead of the station, on
+/// meshes that are too coarse for [`WIDE_SHIFTS`].
+const STATION_SHIFT: f64 = 1.0 / 24.0;
 
-/// Fractions of what is spread over a segment that are lumped at its two nodes, which may be stations.
-pub(super) fn shares(stations: [bool; 2]) -> [f64; 2] {
-    let [first, second] = stations.map(|station| if station { STATION_SHIFT } else { 0.0 });
-    [0.5 - first + second, 0.5 - second + first]
+/// What is lumped at a station and at the next two nodes, as fractions of a segment's load, beside the half that each
+/// segment lumps at either node. Nodes between segments stand for `x − (ℓ²/24) x″` of the centre line
+/// ([`crate::rod`]), so by the halves alone the potential of a load per length, w, differs from that of the rod by
+/// `w (−(ℓ²/24) x′ + (ℓ³/48) x″)` at the start of a span. These fractions take that out ([`STATION_SHIFT`] the first
+/// term): with `x_1 ≈ x + ℓ x′ + (11/24) ℓ² x″` and `x_2 ≈ x + 2 ℓ x′ + (47/24) ℓ² x″`.
+const WIDE_SHIFTS: [f64; 3] = [-48.0 / 600.0, 71.0 / 600.0, -23.0 / 600.0];
+
+/// Fractions of [`WIDE_SHIFTS`] for a segment with one station or two, at the nodes that they belong to.
+fn shifts(beside: &Beside) -> impl Iterator<Item = (usize, f64)> {
+    let fractions = if beside.next.is_some() { WIDE_SHIFTS } else { [-STATION_SHIFT, STATION_SHIFT, 0.0] };
+    let j = beside.segment;
+    let at = move |k: usize, side: usize| if side == 0 { j + k } else { (j + 1).wrapping_sub(k) };
+    let sides = [0, 1].into_iter().filter(|side| beside.stations[*side].is_some());
+    sides
+        .flat_map(move |side| fractions.into_iter().enumerate().map(move |(k, fraction)| (at(k, side), fraction)))
+        .filter(|(_, fraction)| *fraction != 0.0)
+}
+
+/// Nodes at which what is spread over segment j is lumped, with the fractions.
+pub(super) fn lumps(mesh: &Mesh, j: usize) -> impl Iterator<Item = (usize, f64)> {
+    let beside = mesh.beside.binary_search_by_key(&j, |beside| beside.segment).ok();
+    let shifts = beside.into_iter().flat_map(|k| shifts(&mesh.beside[k]));
+    [(j, 0.5), (j + 1, 0.5)].into_iter().chain(shifts)
+}
+
+/// Length of cable (m) whose load is lumped before the middle of each segment beyond the halves: by that load, the
+/// force of the segment differs from the one at its middle.
+pub fn middle_shifts(mesh: &Mesh, rest_lengths: &[f64]) -> Vec<f64> {
+    let mut lengths = vec![0.0; mesh.nodes()];
+    for beside in &mesh.beside {
+        shifts(beside).for_each(|(node, fraction)| lengths[node] += rest_lengths[beside.segment] * fraction);
+    }
+    let mut before = 0.0;
+    lengths.pop();
+    lengths.iter_mut().for_each(|own| {
+        before += *own;
+        *own = before;
+    });
+    lengths
 }
 
 /// Passes what segments of these rest lengths (m) have by this density (per metre), lumped at nodes, to `add`, by
-/// point: half of each segment's part at either of its nodes, corrected by [`STATION_SHIFT`].
+/// point: half of each segment's part at either of its nodes, corrected beside stations.
 fn lumped<T: Copy + Mul<f64, Output = T> + Neg<Output = T>>(
     branch: &Branch,
     rest_lengths: &[f64],
@@ -31,14 +67,8 @@ fn lumped<T: Copy + Mul<f64, Output = T> + Neg<Output = T>>(
         add(start + j + 1, density * (0.5 * l));
     }
     for beside in &branch.rod.mesh().beside {
-        let j = beside.segment;
-        let shifted = density * (rest_lengths[j] * STATION_SHIFT);
-        for (from, station) in [j, j + 1].into_iter().zip(beside.stations) {
-            if station.is_some() {
-                add(start + from, -shifted);
-                add(start + 2 * j + 1 - from, shifted);
-            }
-        }
+        let weight = density * rest_lengths[beside.segment];
+        shifts(beside).for_each(|(node, fraction)| add(start + node, weight * fraction));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Energy of the joints: `E = Σ E_j(q_1, …, q_k)` in the frames of the arms; see [`crate::JointModel`].
+//! Energy of the joints: `E = Σ E_j(q_1, …, q_k)` in the frames that it couples; see [`crate::JointModel`].
 
 use crate::rotation::turned;
 use crate::terms::slope::{Contradiction, Slope, along};
@@ -6,7 +6,7 @@ use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
 
 /// Term of the joints; keeps its workspace.
 pub struct JointTerm {
-    /// Frames and gradients of the arms of one joint.
+    /// Frames of one joint, and the gradients in them.
     frames: Vec<Rotation>,
     gradients: Vec<Vector>,
 }
@@ -14,7 +14,7 @@ pub struct JointTerm {
 impl JointTerm {
     /// Term of the joints of a network.
     pub fn new(network: &Network) -> Self {
-        let arms = network.joints.iter().map(|j| j.arm_frames.len()).max().unwrap_or(0);
+        let arms = network.joints.iter().map(|j| j.coupled_frames.len()).max().unwrap_or(0);
         Self { frames: Vec::with_capacity(arms), gradients: vec![Vector::zeros(); arms] }
     }
 
@@ -23,24 +23,24 @@ impl JointTerm {
         let mut energy = 0.0;
         for joint in &network.joints {
             self.frames.clear();
-            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
             energy += joint.model.energy(&self.frames);
         }
         energy
     }
 
-    /// Adds the first derivatives ∂E/∂θ_a (N m) in the frames of the arms, and the energies (J) to `energy`.
+    /// Adds the first derivatives ∂E/∂θ_a (N m) in the frames of the joints, and the energies (J) to `energy`.
     pub fn gradient(&mut self, network: &Network, state: &State, gradient: &mut Tangent, energy: &mut f64) {
         for joint in &network.joints {
-            if joint.arm_frames.is_empty() {
+            if joint.coupled_frames.is_empty() {
                 continue;
             }
             self.frames.clear();
-            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
-            let arms = &mut self.gradients[..joint.arm_frames.len()];
+            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
+            let arms = &mut self.gradients[..joint.coupled_frames.len()];
             arms.fill(Vector::zeros());
             *energy += joint.model.add_gradient(&self.frames, arms);
-            for (&c, g) in joint.arm_frames.iter().zip(arms) {
+            for (&c, g) in joint.coupled_frames.iter().zip(arms) {
                 gradient.frames[c] += *g;
             }
         }
@@ -52,7 +52,7 @@ impl JointTerm {
         for (joint, table) in network.joints.iter().zip(hessian) {
             table.fill(Matrix::zeros());
             self.frames.clear();
-            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
+            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
             joint.model.add_hessian(&self.frames, table);
         }
     }
@@ -61,8 +61,8 @@ impl JointTerm {
     pub fn contradiction(&mut self, network: &Network, state: &State) -> Option<(usize, Contradiction)> {
         network.joints.iter().enumerate().find_map(|(j, joint)| {
             self.frames.clear();
-            self.frames.extend(joint.arm_frames.iter().map(|&c| state.frames[c]));
-            let arms = &mut self.gradients[..joint.arm_frames.len()];
+            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
+            let arms = &mut self.gradients[..joint.coupled_frames.len()];
             arms.fill(Vector::zeros());
             joint.model.add_gradient(&self.frames, arms);
             let mut slope = Slope::default();

@@ -50,16 +50,20 @@ struct Follower {
 /// Force per length without a potential on a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SegmentLoad {
-    /// Index of the first of its two points.
-    point: usize,
     /// Index of its frame.
     frame: usize,
-    /// Factor on the force per length at either node, m.
-    lengths: [f64; 2],
+    /// Points at which it is lumped, with the factor on the force per length, m.
+    lumps: Lumps,
     /// Diameter of the cable, m.
     diameter: f64,
     force: LineForce,
 }
+
+/// Indices of points with lengths of cable, m; a length is 0 where fewer points take part.
+type Lumps = [(usize, f64); LUMPS];
+
+/// Most points at which the load of a segment is lumped.
+const LUMPS: usize = 3;
 
 /// Derivative of the gradient of a load at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,12 +79,10 @@ pub struct LoadTangent {
 /// Derivative of the gradient of a force per length on a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentTangent {
-    /// Index of the first of its two points, which may be tied.
-    pub point: usize,
     /// Index of the frame of its columns.
     pub frame: usize,
-    /// Blocks with rows its two points, N/rad.
-    pub blocks: [Matrix; 2],
+    /// Blocks with the points of their rows, which may be tied, N/rad.
+    pub blocks: [(usize, Matrix); LUMPS],
 }
 
 impl LoadTerm {
@@ -128,17 +130,21 @@ impl LoadTerm {
                     }
                 }
                 LoadAction::Along { force: LineForce::Dead(force), .. } => {
-                    each_segment(system, &load.action, |_, point, _, lengths| {
-                        forces[point] += force * (lengths[0] * factor);
-                        forces[point + 1] += force * (lengths[1] * factor);
+                    each_segment(system, &load.action, |_, _, lumps| {
+                        lumps.iter().for_each(|(point, length)| forces[*point] += force * (length * factor));
                     });
                 }
                 LoadAction::Along { force, .. } => {
                     let factor = *factor * *fraction;
                     if factor != 0.0 {
-                        each_segment(system, &load.action, |branch, point, frame, lengths| {
-                            let (lengths, diameter) = (lengths.map(|length| length * factor), branch.section.diameter);
-                            segments.push(SegmentLoad { point, frame, lengths, diameter, force: *force });
+                        each_segment(system, &load.action, |branch, frame, lumps| {
+                            let lumps = lumps.map(|(point, length)| (point, length * factor));
+                            segments.push(SegmentLoad {
+                                frame,
+                                lumps,
+                                diameter: branch.section.diameter,
+                                force: *force,
+                            });
                         });
                     }
                 }
@@ -177,9 +183,9 @@ impl LoadTerm {
                     energy -= factor * force.dot(&state.points[place.point]);
                 }
                 LoadAction::Along { force: LineForce::Dead(force), .. } => {
-                    each_segment(system, &load.action, |_, point, _, [first, second]| {
-                        let moved = state.points[point] * first + state.points[point + 1] * second;
-                        energy -= factor * force.dot(&moved);
+                    each_segment(system, &load.action, |_, _, lumps| {
+                        let work = |(point, length): (usize, f64)| force.dot(&state.points[point]) * length;
+                        energy -= factor * lumps.into_iter().map(work).sum::<f64>();
                     });
                 }
                 _ => {}
@@ -215,8 +221,7 @@ impl LoadTerm {
         }
         for own in &self.segments {
             let force = own.force.on(&state.frames[own.frame], own.diameter);
-            gradient.points[own.point] -= force * own.lengths[0];
-            gradient.points[own.point + 1] -= force * own.lengths[1];
+            own.lumps.iter().for_each(|(point, length)| gradient.points[*point] -= force * *length);
         }
     }
 
@@ -229,7 +234,7 @@ impl LoadTerm {
             alpha * (force.dot(&step.points[own.point]) + own.moment.dot(&step.frames[own.frame]))
         });
         let of_segments = self.segments.iter().map(|own| {
-            let moved = step.points[own.point] * own.lengths[0] + step.points[own.point + 1] * own.lengths[1];
+            let moved: Vector = own.lumps.iter().map(|(point, length)| step.points[*point] * *length).sum();
             alpha * own.force.on(&state.frames[own.frame], own.diameter).dot(&moved)
         });
         of_followers.chain(of_segments).fold(of_moments, |sum, work| sum + work)
@@ -256,8 +261,7 @@ impl LoadTerm {
     pub fn segment_tangents(&self, state: &State) -> Vec<SegmentTangent> {
         let tangent = |own: &SegmentLoad| {
             let derivative = own.force.derivative(&state.frames[own.frame], own.diameter);
-            let blocks = own.lengths.map(|length| derivative * -length);
-            SegmentTangent { point: own.point, frame: own.frame, blocks }
+            SegmentTangent { frame: own.frame, blocks: own.lumps.map(|(point, length)| (point, derivative * -length)) }
         };
         self.segments.iter().map(tangent).collect()
     }
@@ -278,21 +282,23 @@ pub fn along_segment(system: System<'_>, state: &State, branch: usize, segment: 
     sum
 }
 
-/// Calls `act` for every segment along which a load acts, with its branch, first point, frame, and the lengths (m) over
-/// which the force per length is lumped at its two nodes.
-fn each_segment<P>(
-    system: System<'_>,
-    action: &LoadAction<P, NodeRange>,
-    mut act: impl FnMut(&Branch, usize, usize, [f64; 2]),
-) {
+/// Calls `act` for every segment along which a load acts, with its branch, its frame, and the points and lengths (m) at
+/// which the force per length is lumped.
+fn each_segment<P>(system: System<'_>, action: &LoadAction<P, NodeRange>, mut act: impl FnMut(&Branch, usize, Lumps)) {
     let LoadAction::Along { spans, .. } = action else { return };
     for span in spans {
         let branch = &system.network.branches[span.branch];
         let mesh = branch.rod.mesh();
         for j in span.nodes.start..span.nodes.end - 1 {
-            let stations = [j, j + 1].map(|node| mesh.station_frame(node).is_some());
-            let lengths = gravity::shares(stations).map(|share| share * mesh.rest_lengths[j]);
-            act(branch, branch.points.start + j, branch.segment_frame(j), lengths);
+            let mut lumps = [(branch.points.start + j, 0.0); LUMPS];
+            for (node, fraction) in gravity::lumps(mesh, j) {
+                // The first with this point, or without a length yet.
+                let point = branch.points.start + node;
+                let place = lumps.iter().position(|(own, length)| *own == point || *length == 0.0);
+                let lump = &mut lumps[place.expect("no more points than take part")];
+                *lump = (point, lump.1 + fraction * mesh.rest_lengths[j]);
+            }
+            act(branch, branch.segment_frame(j), lumps);
         }
     }
 }

@@ -82,7 +82,7 @@ pub struct SlideHessian {
 #[derive(Default)]
 pub(crate) struct LengthTerms {
     segments: Vec<[f64; 2]>,
-    couplings: Vec<[f64; 2]>,
+    couplings: Vec<[f64; 3]>,
     segment_rates: [Vec<f64>; 2],
     coupling_rates: [Vec<f64>; 2],
 }
@@ -125,10 +125,13 @@ impl SlidingTerm {
                     BranchEnd::Free => {}
                     BranchEnd::Joint { joint, .. } => {
                         stops[side] = SlideStop::Joint;
-                        // The joint's energy depends on the length of the first segment of each arm: it stays constant.
-                        if network.joints[joint].model.mounting() == Mounting::Point {
-                            sides[0].start += usize::from(side == 0);
-                            sides[1].end -= usize::from(side == 1);
+                        // The joint's energy depends on the lengths of the segments that it couples: they stay
+                        // constant.
+                        let joint = &network.joints[joint];
+                        if joint.model.mounting() == Mounting::Point {
+                            let own = joint.coupled_frames.len() / joint.arm_frames.len();
+                            sides[0].start += own * usize::from(side == 0);
+                            sides[1].end -= own * usize::from(side == 1);
                         }
                     }
                 }
@@ -289,9 +292,9 @@ impl SlidingTerm {
             Self::fill_terms(system, rods, slide.branch, state, &mut terms);
             let LengthTerms { segments, couplings, segment_rates: [a, _], coupling_rates: [b, _] } = &mut terms;
             self.rates(system, slide, state, a, b);
-            let sum =
-                |rates: &[f64], terms: &[[f64; 2]]| -> f64 { rates.iter().zip(terms).map(|(r, t)| r * t[0]).sum() };
-            let mut g = sum(a, segments) + sum(b, couplings);
+            let of_segments: f64 = a.iter().zip(segments).map(|(rate, t)| rate * t[0]).sum();
+            let of_couplings: f64 = b.iter().zip(couplings).map(|(rate, t)| rate * t[0]).sum();
+            let mut g = of_segments + of_couplings;
             weights(system, slide.branch, a, |point, force| g -= force.dot(&state.points[point]));
             let rotation = &system.conditions.rotation;
             if rotation.is_moving() {
@@ -312,13 +315,14 @@ impl SlidingTerm {
     fn fill_terms(system: System<'_>, rods: &RodTerm, branch: usize, state: &State, terms: &mut LengthTerms) {
         let rod = &system.network.branches[branch].rod;
         terms.segments.resize(rod.mesh().segments(), [0.0; 2]);
-        terms.couplings.resize(rod.mesh().coupling_lengths.len(), [0.0; 2]);
+        terms.couplings.resize(rod.mesh().coupling_lengths.len(), [0.0; 3]);
         rod.length_terms(&rods.shape(system, state, branch), &mut terms.segments, &mut terms.couplings);
     }
 
     /// Second derivatives in the arc lengths of the running constraints at `state`,
-    /// `∂²E/∂s_a∂s_b = Σ_j ℓ_j,a ℓ_j,b ∂²E/∂ℓ_j² + Σ_c λ_c,a λ_c,b ∂²E/∂λ_c²` with the rates `ℓ_j,a = dℓ_j/ds_a`,
-    /// which do not change with s, and the mixed `∂²E/∂s∂(x, θ)`. `gradient` is the whole gradient.
+    /// `∂²E/∂s_a∂s_b = Σ_j ℓ_j,a ℓ_j,b ∂²E/∂ℓ_j² + Σ_c λ_c,a λ_c,b ∂²E/∂λ_c² + Σ_c (λ_c,a λ_{c+1},b + λ_{c+1},a λ_c,b)
+    /// ∂²E/∂λ_c∂λ_{c+1}` with the rates `ℓ_j,a = dℓ_j/ds_a`, which do not change with s, and the mixed `∂²E/∂s∂(x, θ)`.
+    /// `gradient` is the whole gradient.
     pub fn hessian(
         &mut self,
         system: System<'_>,
@@ -363,10 +367,13 @@ impl SlidingTerm {
                 running.iter().enumerate().filter(|(_, other)| self.slides[**other].branch == slide.branch)
             {
                 self.rates(system, &self.slides[other], state, other_a, other_b);
-                let sum = |x: &[f64], y: &[f64], terms: &[[f64; 2]]| -> f64 {
-                    x.iter().zip(y).zip(terms).map(|((x, y), t)| x * y * t[1]).sum()
-                };
-                hessian.own[row * running.len() + column] = sum(a, other_a, segments) + sum(b, other_b, couplings);
+                let of_segments: f64 = a.iter().zip(&*other_a).zip(&*segments).map(|((x, y), t)| x * y * t[1]).sum();
+                let pairs = b.iter().zip(&*other_b).zip(&*couplings);
+                let of_couplings: f64 = pairs.clone().map(|((x, y), t)| x * y * t[1]).sum();
+                let mixed = pairs.zip(b.iter().zip(&*other_b).skip(1));
+                let of_neighbours: f64 =
+                    mixed.map(|(((x, y), t), (next_x, next_y))| (x * next_y + next_x * y) * t[2]).sum();
+                hessian.own[row * running.len() + column] = of_segments + of_couplings + of_neighbours;
             }
         }
         self.scratch = terms;

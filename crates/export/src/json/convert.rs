@@ -329,12 +329,13 @@ impl Friction {
 
 impl BranchError {
     fn of(error: &core::BranchError) -> Self {
-        let core::BranchError { position, force, moment, bend_radius } = *error;
+        let core::BranchError { position, force, moment, bend_radius, order } = *error;
         Self {
             position: Number(position),
             force: Number(force),
             moment: Number(moment),
             bend_radius: bend_radius.map(Number),
+            order,
         }
     }
 
@@ -344,6 +345,7 @@ impl BranchError {
             force: self.force.0,
             moment: self.moment.0,
             bend_radius: self.bend_radius.map(number),
+            order: self.order,
         }
     }
 }

@@ -212,7 +212,7 @@ pub struct Friction {
     pub dissipated_in_all: Number,
 }
 
-/// Estimated discretisation error of a branch: N, N m, m.
+/// Estimated discretisation error of a branch: N, N m, m; and the order of the scheme.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BranchError {
@@ -221,6 +221,7 @@ pub struct BranchError {
     pub moment: Number,
     #[serde(deserialize_with = "nullable")]
     pub bend_radius: Option<Number>,
+    pub order: u32,
 }
 
 /// A joint.

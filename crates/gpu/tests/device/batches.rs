@@ -1,8 +1,9 @@
 //! Batches of several harnesses.
 
+use super::common::registry;
 use libtest_mimic::Failed;
 use std::sync::Arc;
-use wireloom_core::{Minimiser, Registry, State, Status, Stop, Vector};
+use wireloom_core::{Minimiser, State, Status, Stop, Vector};
 use wireloom_gpu::batch::Batch;
 use wireloom_gpu::{Gpu, GpuMinimiser};
 use wireloom_shaders::Real;
@@ -14,9 +15,7 @@ const MEMBERS: usize = 5;
 /// Final state of a cable whose end moves in steps; the number of steps depends on the member, so that some finish
 /// earlier.
 fn follow(gpu: &Arc<Gpu>, batch: &Arc<Batch>, member: usize) -> Result<State, String> {
-    let mut registry = Registry::default();
-    wireloom_models::register(&mut registry);
-    let sample = cable(&registry, 12);
+    let sample = cable(&registry(), 12);
     let real = if gpu.info.double { Real::F64 } else { Real::F32 };
     let mut minimiser = GpuMinimiser::new(Arc::clone(gpu), Arc::clone(batch), real, None);
     let (mut problem, mut state) = (sample.problem(), sample.state.clone());

@@ -1,8 +1,9 @@
 //! The minimiser satisfies the contract of [`wireloom_core::Minimiser`], in double precision and without polishing.
 
+use super::common::registry;
 use libtest_mimic::Failed;
 use std::sync::Arc;
-use wireloom_core::{Minimiser, Registry};
+use wireloom_core::Minimiser;
 use wireloom_gpu::batch::Batch;
 use wireloom_gpu::{Gpu, GpuMinimiser};
 use wireloom_shaders::Real;
@@ -19,11 +20,6 @@ fn hold(gpu: &Arc<Gpu>, suite: Suite) -> Result<(), Failed> {
     let batch = Arc::new(Batch::new(8));
     let make =
         || Box::new(GpuMinimiser::new(Arc::clone(gpu), Arc::clone(&batch), Real::F64, None)) as Box<dyn Minimiser>;
-    let registry = || {
-        let mut registry = Registry::default();
-        wireloom_models::register(&mut registry);
-        registry
-    };
     suite(&make, &registry);
     Ok(())
 }

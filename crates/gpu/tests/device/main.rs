@@ -2,6 +2,8 @@
 //! ([`wireloom_gpu::policy`]).
 
 mod batches;
+#[path = "../common/mod.rs"]
+mod common;
 mod conformance;
 mod parity;
 

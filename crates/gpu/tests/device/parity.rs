@@ -1,11 +1,12 @@
 //! Every stage against its CPU reference: with the same input, dispatch by dispatch, the results are equal up to
 //! round-off.
 
+use super::common::registry;
 use fastrand::Rng;
 use libtest_mimic::Failed;
 use std::sync::Arc;
 use wireloom_core::rotation::turned;
-use wireloom_core::{Pose, Registry, State, Vector};
+use wireloom_core::{Pose, State, Vector};
 use wireloom_gpu::Gpu;
 use wireloom_gpu::flatten::{Flattening, accepts};
 use wireloom_gpu::session::Session;
@@ -18,12 +19,6 @@ use wireloom_testkit::conformance::networks::{Sample, cable, ring, sized_y_harne
 
 /// Number of compared cycles: a first step that includes prescribed motion, and two more.
 const CYCLES: usize = 3;
-
-fn registry() -> Registry {
-    let mut registry = Registry::default();
-    wireloom_models::register(&mut registry);
-    registry
-}
 
 /// Harnesses with all types of parts, away from equilibrium.
 fn samples() -> Vec<(&'static str, Sample)> {

@@ -28,10 +28,11 @@
 //! The public text of the 2017 paper on assembly simulation of multi-branch cables stops before its joint
 //! equations; this form is ours.
 
+use super::continued::ContinuedRod;
 use super::sharing::shared;
 use crate::kernel::{BendTwist, rotation_matrix};
 use nalgebra::{Quaternion, Unit};
-use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
+use wireloom_core::joint::{Arm, Continuation, JointModel, JointSpec, Mounting};
 use wireloom_core::law::{JointLaw, PairLaw};
 use wireloom_core::registry::{BuildError, Form, JointKind, Parameter, Quantity};
 use wireloom_core::{Matrix, Rotation, Vector};
@@ -94,9 +95,12 @@ struct Pair {
 /// A joint whose arms are coupled pair by pair.
 pub struct CosseratJoint {
     pairs: Vec<Pair>,
-    arms: usize,
     /// Plain rod: the segments of its two arms are coupled as neighbours, without stations.
     plain: bool,
+    /// Curvature of both arms at rest, as they run through a joint that is a plain straight rod of one stiffness, 1/m.
+    through: Option<[Vector; 2]>,
+    /// What the rods couple beyond the joint, if they run through it.
+    continued: Option<ContinuedRod>,
     notes: Vec<String>,
 }
 
@@ -136,6 +140,7 @@ impl CosseratJoint {
         let own: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
         let stays = |a: usize, b: usize| (shared.table[a][b] - own[a]).abs() <= own[a] * ROUND_OFF;
         let plain = spec.arms.len() == 2 && stays(0, 1) && stays(1, 0);
+        let through = plain.then(|| Pair::runs_through(&spec.arms[0], &spec.arms[1])).flatten();
         let mut pairs = Vec::new();
         for (a, arm_a) in spec.arms.iter().enumerate() {
             for (b, arm_b) in spec.arms.iter().enumerate().skip(a + 1) {
@@ -147,7 +152,7 @@ impl CosseratJoint {
                 }
             }
         }
-        Ok(Self { pairs, arms: spec.arms.len(), plain, notes: shared.notes })
+        Ok(Self { pairs, plain, through, continued: None, notes: shared.notes })
     }
 }
 
@@ -205,20 +210,38 @@ impl Pair {
         }
     }
 
+    /// Frames of two arms as they run through: into the joint along a, out of it along b, each times this.
+    fn senses(arm_a: &Arm, arm_b: &Arm) -> [Rotation; 2] {
+        [arm_a.starts_here, !arm_b.starts_here].map(|turned| if turned { half_turn() } else { Rotation::identity() })
+    }
+
+    /// Rest curvatures of two arms as they run through, 1/m: run from its other end, a branch has the curvature
+    /// (−κ1, κ2, κ3) about its turned frame.
+    fn rest_curvatures(arm_a: &Arm, arm_b: &Arm) -> [Vector; 2] {
+        [(arm_a, arm_a.starts_here), (arm_b, !arm_b.starts_here)].map(|(arm, turned)| {
+            let k = arm.curvature;
+            if turned { Vector::new(-k.x, k.y, k.z) } else { k }
+        })
+    }
+
+    /// Rest curvatures of two arms of one stiffness that go on straight into each other, 1/m.
+    fn runs_through(arm_a: &Arm, arm_b: &Arm) -> Option<[Vector; 2]> {
+        /// Turn between the arms at rest that is round-off, rad.
+        const NONE: f64 = 1e-9;
+        let [into, out] = Self::senses(arm_a, arm_b);
+        let rest = (arm_a.rest * into).inverse() * (arm_b.rest * out);
+        let alike = arm_a.section.bend_diagonal() == arm_b.section.bend_diagonal();
+        (rest.angle() <= NONE && alike).then(|| Self::rest_curvatures(arm_a, arm_b))
+    }
+
     /// Two segments of one rod.
     fn of_a_rod(a: usize, b: usize, arm_a: &Arm, arm_b: &Arm) -> Self {
-        // Into the joint along a, out of it along b.
-        let into = if arm_a.starts_here { half_turn() } else { Rotation::identity() };
-        let out = if arm_b.starts_here { Rotation::identity() } else { half_turn() };
+        let [into, out] = Self::senses(arm_a, arm_b);
         let rest = (arm_a.rest * into).inverse() * (arm_b.rest * out);
         let h = root(&rest);
-        // Run from its other end, a branch has the curvature (−κ1, κ2, κ3) about its turned frame.
-        let along = |arm: &Arm, reversed: bool| -> Vector {
-            let k = arm.curvature;
-            if reversed { Vector::new(-k.x, k.y, k.z) } else { k }
-        };
-        let curvature_a = h.inverse() * along(arm_a, arm_a.starts_here) * arm_a.segment_length;
-        let curvature_b = h * along(arm_b, !arm_b.starts_here) * arm_b.segment_length;
+        let [along_a, along_b] = Self::rest_curvatures(arm_a, arm_b);
+        let curvature_a = h.inverse() * along_a * arm_a.segment_length;
+        let curvature_b = h * along_b * arm_b.segment_length;
         let [own_a, own_b] = [arm_a, arm_b].map(|arm| arm.section.bend_diagonal());
         let length = arm_a.segment_length + arm_b.segment_length;
         let in_series = |i: usize| length / (arm_a.segment_length / own_a[i] + arm_b.segment_length / own_b[i]);
@@ -246,14 +269,28 @@ impl JointModel for CosseratJoint {
         if self.plain { Mounting::Point } else { Mounting::Stations }
     }
 
+    fn continue_rods(&mut self, arms: &[Option<Continuation>]) -> bool {
+        if let (Some(rest), [Some(a), Some(b)]) = (self.through, arms)
+            && a.variation == b.variation
+        {
+            let pair = &self.pairs[0];
+            self.continued = Some(ContinuedRod {
+                senses: [pair.alpha, pair.beta],
+                lengths: [a.length, pair.lambda, b.length],
+                curvatures: [rest[0], pair.curvature, rest[1]],
+                stiffness: pair.stiffness,
+                variation: a.variation,
+            });
+        }
+        self.continued.is_some()
+    }
+
     fn energy(&self, frames: &[Rotation]) -> f64 {
-        self.pairs
-            .iter()
-            .map(|pair| {
-                let (bend, twist) = pair.law(frames).energy(pair.lambda);
-                bend + twist
-            })
-            .sum()
+        let of_pair = |pair: &Pair| {
+            let (bend, twist) = pair.law(frames).energy(pair.lambda);
+            bend + twist
+        };
+        self.pairs.iter().map(of_pair).sum::<f64>() + self.continued.as_ref().map_or(0.0, |rod| rod.energy(frames))
     }
 
     fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
@@ -266,17 +303,21 @@ impl JointModel for CosseratJoint {
             gradient[pair.a] += pair.alpha * a;
             gradient[pair.b] += pair.beta * b;
         }
-        energy
+        energy + self.continued.as_ref().map_or(0.0, |rod| rod.add_gradient(frames, gradient))
     }
 
     fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
+        let k = frames.len();
         for pair in &self.pairs {
             let h = pair.law(frames).hessian(pair.lambda, &pair.stiffness);
             let (ra, rb) = (rotation_matrix(&pair.alpha), rotation_matrix(&pair.beta));
-            hessian[pair.a * self.arms + pair.a] += ra * h.aa * ra.transpose();
-            hessian[pair.b * self.arms + pair.b] += rb * h.bb * rb.transpose();
+            hessian[pair.a * k + pair.a] += ra * h.aa * ra.transpose();
+            hessian[pair.b * k + pair.b] += rb * h.bb * rb.transpose();
             // Only rows b ≥ columns a are asked for.
-            hessian[pair.b * self.arms + pair.a] += rb * h.ab.transpose() * ra.transpose();
+            hessian[pair.b * k + pair.a] += rb * h.ab.transpose() * ra.transpose();
+        }
+        if let Some(rod) = &self.continued {
+            rod.add_hessian(frames, hessian);
         }
     }
 

@@ -1,5 +1,6 @@
 //! Joints.
 
+mod continued;
 pub mod cosserat;
 pub mod hub;
 pub mod sharing;

@@ -1,6 +1,6 @@
 //! The Cosserat rod: stretch, shear, bending and twist with the stiffnesses of the section.
 
-use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
+use crate::kernel::{SegmentStiffness, Stencil};
 use crate::rods::friction::with_friction;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
@@ -10,7 +10,7 @@ use wireloom_core::rod::RodSpec;
 pub fn kind() -> RodKind {
     RodKind {
         name: "cosserat".into(),
-        doc: "geometrically exact rod: stretch, shear, bending and twist; second order in the segment length".into(),
+        doc: "geometrically exact rod: stretch, shear, bending and twist; fourth order in the segment length".into(),
         parameters: vec![],
         build: Box::new(|spec, _| Ok(with_friction(spec, rod(spec.clone())))),
     }
@@ -18,11 +18,17 @@ pub fn kind() -> RodKind {
 
 /// A branch as a Cosserat rod.
 pub fn rod(spec: RodSpec) -> StaggeredRod {
+    let stiffness = stiffness(&spec);
+    StaggeredRod::new(spec, stiffness)
+}
+
+/// The stiffness of every part of a branch. Where the section slips or yields the scheme is of second order.
+pub fn stiffness(spec: &RodSpec) -> Stiffness {
     let segment = SegmentStiffness { c: spec.section.stretch_diagonal(), overturned: 0.0 };
-    let stiffness = Stiffness {
+    Stiffness {
         segments: vec![segment; spec.mesh.segments()],
         couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
-        blends: [END_BLEND, INNER_BLEND],
-    };
-    StaggeredRod::new(spec, stiffness)
+        blends: [Stencil::END.station, Stencil::INNER.station],
+        variation: if spec.section.remembers() { 0.0 } else { 1.0 },
+    }
 }

@@ -95,7 +95,7 @@ impl RodSegment for FrictionRod {
     }
 
     /// The part of friction: with `κ` as 1/λ and p fixed, `∂(λ h)/∂λ = h − κ·m` and `κᵀ ∂²h κ/λ`.
-    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]) {
+    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 3]]) {
         self.elastic.length_terms(shape, segments, couplings);
         for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
             let coupling = self.elastic.coupling(shape, c);

@@ -16,10 +16,11 @@
 //! is not used), and grows as the mesh gets finer: as a compliance, ℓ²/(α EI), it is of the order of what the grid
 //! itself neglects. The shear force of a bent rod is `Q = EI κ′`, so the alignment changes the energy to leading
 //! order by `−½ ∫ Q²/A ds = −(ℓ²/2α) ∫ κ′ᵀ C κ′ ds`: with α = 240 by a twentieth of the `−(ℓ²/24) ∫ κ′ᵀ C κ′ ds` that
-//! the grid makes anyway (see `crates/README.md`). So the rod goes to the unshearable one with the square of the
-//! segment length, as the scheme with the tilts taken out does, with an error 1.05 times as large; and every joint and
-//! constraint finds the frames it needs. (MacNeal 1978 chose the shear compliance of beam elements in this way.) The
-//! energy of the alignment is what results call shear; on a mesh that is fine enough it is negligible.
+//! the grid makes anyway (see `crates/README.md`). [`crate::variation`] takes out both, with the factor 1.05. What is
+//! left is of second order in space, where Q is not EI κ′ alone (there is `m × κ`), with a constant a hundredth of the
+//! one before. So the rod goes to the unshearable one; and every joint and constraint finds the frames it needs.
+//! (MacNeal 1978 chose the shear compliance of beam elements in this way.) The energy of the alignment is what results
+//! call shear; on a mesh that is fine enough it is negligible.
 //!
 //! An edge that points against its frame (a far start may bring that about) meets A along the frame, too: the energy
 //! then falls all the way as the frame turns to its edge, where the quadratic law alone would have a minimum with the
@@ -28,7 +29,7 @@
 //! The frames turn by a smallest rotation where a tilt follows an edge, and about the edge only where twist asks for
 //! it: the minimisers' steps carry them in time as Bergou's are.
 
-use crate::kernel::{END_BLEND, INNER_BLEND, SegmentStiffness};
+use crate::kernel::{SegmentStiffness, Stencil};
 use crate::rods::friction::with_friction;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
@@ -43,7 +44,7 @@ pub fn kind() -> RodKind {
     RodKind {
         name: "kirchhoff".into(),
         doc: "unshearable rod (theory of discrete elastic rods): stretch, bending and twist, shear_stiffness is not \
-              looked at; second order in the segment length"
+              looked at; second order in the segment length, with a small constant"
             .into(),
         parameters: vec![],
         build: Box::new(|spec, _| Ok(with_friction(spec, StaggeredRod::new(spec.clone(), stiffness(spec))))),
@@ -54,7 +55,8 @@ fn stiffness(spec: &RodSpec) -> Stiffness {
     Stiffness {
         segments: spec.mesh.rest_lengths.iter().map(|l| aligned(&spec.section, *l)).collect(),
         couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
-        blends: [END_BLEND, INNER_BLEND],
+        blends: [Stencil::END.station, Stencil::INNER.station],
+        variation: if spec.section.remembers() { 0.0 } else { 1.0 + 12.0 / ALIGNMENT },
     }
 }
 

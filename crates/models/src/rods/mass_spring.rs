@@ -50,5 +50,6 @@ fn stiffness(spec: &RodSpec) -> Stiffness {
         segments: mesh.rest_lengths.iter().map(|l| aligned(section, *l)).collect(),
         couplings,
         blends: [0.0, 0.0],
+        variation: 0.0,
     }
 }

@@ -1,11 +1,17 @@
-//! Rods on the staggered grid: stretch and shear in every segment, bending and twist in every coupling. Kinds of rods
-//! differ in the stiffnesses of these parts ([`Stiffness`]).
+//! Rods on the staggered grid: stretch and shear in every segment, bending and twist in every coupling, and the
+//! variation of curvature in every pair of couplings. Kinds of rods differ in the stiffnesses of these parts
+//! ([`Stiffness`]).
 
-use crate::kernel::{BendTwist, BlendedStretchShear, SegmentStiffness, StretchShear, edge_stiffness, rotation_matrix};
+use crate::kernel::{
+    BendTwist, BlendedStretchShear, SegmentStiffness, Stencil, StretchShear, edge_stiffness, rotation_matrix,
+};
+use crate::variation::Variation;
 use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 use wireloom_core::law::{RodLaw, SegmentLaw};
-use wireloom_core::rod::{Beside, BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
+use wireloom_core::rod::{
+    Beside, BranchHessian, BranchShape, CellPair, CouplingHessian, Mesh, RodEnergy, RodSegment, RodSpec,
+};
 use wireloom_core::section::SectionFriction;
 use wireloom_core::{Matrix, Rotation, Vector};
 
@@ -15,9 +21,11 @@ pub struct Stiffness {
     pub segments: Vec<SegmentStiffness>,
     /// C of each coupling: diag(EI1, EI2, GJ), N m².
     pub couplings: Vec<Vector>,
-    /// Fraction β of the tangent of a station at an end of the branch, and of one within it, in that of the segments
-    /// beside it.
+    /// Coefficient of a station at an end of the branch, and of one within it, in the segments beside it
+    /// ([`Stencil`]), where the scheme is of second order.
     pub blends: [f64; 2],
+    /// Factor f of the variation of curvature ([`Variation`]); 0: the scheme is of second order everywhere.
+    pub variation: f64,
 }
 
 /// One branch on the staggered grid.
@@ -25,6 +33,8 @@ pub struct StaggeredRod {
     mesh: Mesh,
     /// Runs of segments that are not beside a station.
     plain: Vec<Range<usize>>,
+    /// Coefficients of the neighbours of each segment beside a station, in the order of [`Mesh::beside`].
+    stencils: Vec<[f64; 2]>,
     stiffness: Stiffness,
     /// κ°, 1/m.
     curvature: Vector,
@@ -41,7 +51,9 @@ impl StaggeredRod {
             }
             start = beside + 1;
         }
-        Self { plain, stiffness, curvature: spec.curvature, mesh: spec.mesh }
+        let mesh = spec.mesh;
+        let stencils = mesh.beside.iter().map(|beside| stencil(&mesh, beside, &stiffness)).collect();
+        Self { plain, stencils, stiffness, curvature: spec.curvature, mesh }
     }
 
     fn plain(&self) -> impl Iterator<Item = usize> {
@@ -54,15 +66,70 @@ impl StaggeredRod {
         StretchShear::new(&shape.edge(j), q, [shape.rest_lengths[j], shape.free_strain], &self.stiffness.segments[j])
     }
 
-    fn blended(&self, shape: &BranchShape<'_>, beside: &Beside) -> BlendedStretchShear {
+    /// The segment of [`Mesh::beside`] with this index.
+    fn blended(&self, shape: &BranchShape<'_>, index: usize) -> BlendedStretchShear {
+        let beside = &self.mesh.beside[index];
         let j = beside.segment;
         let q = &shape.frames[self.mesh.segment_frames[j]];
-        let end = |c: usize| c == 0 || c + 1 == shape.frames.len();
-        let [end_blend, inner_blend] = self.stiffness.blends;
-        let blend = |c: usize| if end(c) { end_blend } else { inner_blend };
-        let stations = beside.stations.map(|station| station.map(|c| (&shape.frames[c], blend(c))));
+        let (frames, stencil) = (beside.neighbours(), &self.stencils[index]);
+        let neighbours = [0, 1].map(|k| frames[k].map(|c| (&shape.frames[c], stencil[k])));
         let length = [shape.rest_lengths[j], shape.free_strain];
-        BlendedStretchShear::new(&shape.edge(j), q, stations, length, &self.stiffness.segments[j])
+        BlendedStretchShear::new(&shape.edge(j), q, neighbours, length, &self.stiffness.segments[j])
+    }
+
+    /// Segments beside stations with their laws.
+    fn all_blended<'s>(
+        &'s self,
+        shape: &'s BranchShape<'_>,
+    ) -> impl Iterator<Item = (&'s Beside, BlendedStretchShear)> + 's {
+        self.mesh.beside.iter().enumerate().map(|(index, beside)| (beside, self.blended(shape, index)))
+    }
+
+    /// Pairs whose variation counts.
+    fn pairs(&self) -> &[CellPair] {
+        if self.stiffness.variation == 0.0 { &[] } else { &self.mesh.pairs }
+    }
+
+    /// Variation of a pair between these couplings.
+    #[inline(always)]
+    fn variation(&self, shape: &BranchShape<'_>, pair: &CellPair, couplings: [&BendTwist; 2]) -> Variation {
+        let c = pair.frame;
+        let lengths = [shape.coupling_lengths[c - 1], shape.coupling_lengths[c]];
+        Variation::new(couplings, lengths, pair.shares, self.stiffness.variation, &self.stiffness.couplings[c])
+    }
+
+    /// Passes every coupling with its whole moment, that of the variation beside it included, to `act`; returns the
+    /// (bend, twist) energy, J.
+    #[inline(always)]
+    fn each_coupling(&self, shape: &BranchShape<'_>, mut act: impl FnMut(usize, &BendTwist)) -> (f64, f64) {
+        let (mut bend, mut twist) = (0.0, 0.0);
+        let mut pairs = self.pairs().iter().peekable();
+        // The coupling before, and its moment so far.
+        let mut last: Option<(BendTwist, Vector)> = None;
+        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
+            let law = self.coupling(shape, c);
+            let (own_bend, own_twist) = law.energy(lambda);
+            bend += own_bend;
+            twist += own_twist;
+            let mut moment = law.moment;
+            if let Some((before, mut moment_before)) = last {
+                if let Some(pair) = pairs.next_if(|pair| pair.frame == c) {
+                    let variation = self.variation(shape, pair, [&before, &law]);
+                    let (of_bend, of_twist) = variation.energy();
+                    bend += of_bend;
+                    twist += of_twist;
+                    let [first, second] = variation.moments();
+                    moment_before += first;
+                    moment += second;
+                }
+                act(c - 1, &before.with_moment(moment_before));
+            }
+            last = Some((law, moment));
+        }
+        if let Some((law, moment)) = last {
+            act(shape.coupling_lengths.len() - 1, &law.with_moment(moment));
+        }
+        (bend, twist)
     }
 
     /// κ° (1/m) and C of a coupling (N m²), for rods of which all couplings are alike.
@@ -81,25 +148,87 @@ impl StaggeredRod {
     }
 }
 
+/// Coefficients of the neighbours of a segment.
+fn stencil(mesh: &Mesh, beside: &Beside, stiffness: &Stiffness) -> [f64; 2] {
+    let of_second_order = |c: usize| stiffness.blends[usize::from(c > 0 && c + 1 < mesh.frames())];
+    if stiffness.variation == 0.0 || !mesh.is_fine(beside.segment) {
+        return beside.stations.map(|station| station.map_or(0.0, of_second_order));
+    }
+    let stencil = if beside.next.is_some() { Stencil::WIDE } else { Stencil::NARROW };
+    beside.stations.map(|station| if station.is_some() { stencil.station } else { stencil.next })
+}
+
+/// A coupling whose second derivatives are being summed up.
+struct OpenCoupling {
+    law: BendTwist,
+    /// Moment so far, N m.
+    moment: Vector,
+    /// Derivative of the moment in the curvature so far, N m².
+    tangent: Matrix,
+    /// Second derivatives that pairs have in its frames, N m.
+    of_pairs: [Matrix; 2],
+}
+
+impl StaggeredRod {
+    /// Second derivatives of bending and twist with the variation. With `J_a` and `J_b` those of κ in the frames of a
+    /// coupling, a pair has `J_aᵀ (∂²E/∂κ∂κ′) J′_b` across its couplings.
+    fn bending_hessian(&self, shape: &BranchShape<'_>, hessian: &mut BranchHessian) {
+        let close = |c: usize, open: OpenCoupling, couplings: &mut [CouplingHessian]| {
+            let mut own = open.law.with_moment(open.moment).hessian_with(shape.coupling_lengths[c], &open.tangent);
+            own.aa += open.of_pairs[0];
+            own.ab += open.of_pairs[1];
+            couplings[c] = own;
+        };
+        let mut pairs = self.mesh.pairs.iter().zip(&mut hessian.pairs).peekable();
+        let mut last: Option<OpenCoupling> = None;
+        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
+            let law = self.coupling(shape, c);
+            let tangent = Matrix::from_diagonal(&self.stiffness.couplings[c]);
+            let mut open = OpenCoupling { law, moment: law.moment, tangent, of_pairs: [Matrix::zeros(); 2] };
+            if let Some(mut before) = last {
+                if let Some((pair, across)) = pairs.next_if(|(pair, _)| pair.frame == c) {
+                    let lambda_before = shape.coupling_lengths[c - 1];
+                    let variation = self.variation(shape, pair, [&before.law, &law]);
+                    let [first, second] = variation.moments();
+                    let [aa, ab, bb] = variation.hessian();
+                    before.moment += first;
+                    before.tangent += aa / lambda_before;
+                    open.moment += second;
+                    open.tangent += bb / lambda;
+                    let [outer, inner] = before.law.hessian_across(&law, [lambda_before, lambda], &ab);
+                    before.of_pairs[1] += outer[0];
+                    *across = outer[1];
+                    open.of_pairs = [inner[0] + inner[0].transpose(), inner[1]];
+                }
+                close(c - 1, before, &mut hessian.couplings);
+            }
+            last = Some(open);
+        }
+        if let Some(open) = last {
+            close(shape.coupling_lengths.len() - 1, open, &mut hessian.couplings);
+        }
+    }
+}
+
 impl RodSegment for StaggeredRod {
     fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    fn couples_pairs(&self) -> bool {
+        self.stiffness.variation > 0.0
     }
 
     fn energy(&self, shape: &BranchShape<'_>) -> RodEnergy {
         let mut energy = RodEnergy::default();
         let lengths = shape.rest_lengths;
         let plain = self.plain().map(|j| self.segment(shape, j).energy(lengths[j]));
-        let blended = self.mesh.beside.iter().map(|b| self.blended(shape, b).energy(lengths[b.segment]));
+        let blended = self.all_blended(shape).map(|(beside, law)| law.energy(lengths[beside.segment]));
         for (shear, stretch) in plain.chain(blended) {
             energy.shear += shear;
             energy.stretch += stretch;
         }
-        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
-            let (bend, twist) = self.coupling(shape, c).energy(lambda);
-            energy.bend += bend;
-            energy.twist += twist;
-        }
+        (energy.bend, energy.twist) = self.each_coupling(shape, |_, _| {});
         energy
     }
 
@@ -119,31 +248,27 @@ impl RodSegment for StaggeredRod {
                 frames[self.mesh.segment_frames[j]] = moment;
             }
         }
-        for beside in &self.mesh.beside {
+        for (beside, law) in self.all_blended(shape) {
             let j = beside.segment;
             let l = shape.rest_lengths[j];
-            let law = self.blended(shape, beside);
             let (shear, stretch) = law.energy(l);
             energy += shear + stretch;
-            let (force, moment, at_stations) = law.gradient(l);
+            let (force, moment, at_neighbours) = law.gradient(l);
             points[j] -= force;
             points[j + 1] += force;
             frames[self.mesh.segment_frames[j]] += moment;
-            for (station, moment) in beside.stations.iter().zip(at_stations) {
-                if let Some(c) = station {
+            for (frame, moment) in beside.neighbours().iter().zip(at_neighbours) {
+                if let Some(c) = frame {
                     frames[*c] += moment;
                 }
             }
         }
-        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
-            let law = self.coupling(shape, c);
-            let (bend, twist) = law.energy(lambda);
-            energy += bend + twist;
+        let (bend, twist) = self.each_coupling(shape, |c, law| {
             let (a, b) = law.gradient();
             frames[c] += a;
             frames[c + 1] += b;
-        }
-        energy
+        });
+        energy + (bend + twist)
     }
 
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian) {
@@ -154,14 +279,17 @@ impl RodSegment for StaggeredRod {
                 hessian.segments[j] = law.hessian(shape.rest_lengths[j], &n);
             }
         }
-        for (beside, room) in self.mesh.beside.iter().zip(&mut hessian.beside) {
+        for ((beside, law), room) in self.all_blended(shape).zip(&mut hessian.beside) {
             let j = beside.segment;
-            let law = self.blended(shape, beside);
             let n = forces.map_or(law.n, |f| f[j]);
             (hessian.segments[j], *room) = law.hessian(shape.rest_lengths[j], &n);
         }
-        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
-            hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.stiffness.couplings[c]);
+        if self.pairs().is_empty() {
+            for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
+                hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.stiffness.couplings[c]);
+            }
+        } else {
+            self.bending_hessian(shape, hessian);
         }
     }
 
@@ -170,9 +298,9 @@ impl RodSegment for StaggeredRod {
             let law = self.segment(shape, j);
             stiffness[j] = edge_stiffness(&law.r, shape.rest_lengths[j], &law.c);
         }
-        for beside in &self.mesh.beside {
+        for (beside, law) in self.all_blended(shape) {
             let j = beside.segment;
-            stiffness[j] = self.blended(shape, beside).edge_stiffness(shape.rest_lengths[j]);
+            stiffness[j] = law.edge_stiffness(shape.rest_lengths[j]);
         }
     }
 
@@ -185,12 +313,11 @@ impl RodSegment for StaggeredRod {
             let change = law.r.tr_mul(&de) / shape.rest_lengths[j] + law.v.cross(theta);
             forces[j] = law.n + law.c.component_mul(&change);
         }
-        for beside in &self.mesh.beside {
+        for (beside, law) in self.all_blended(shape) {
             let j = beside.segment;
-            let law = self.blended(shape, beside);
-            let at_stations = beside.stations.map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
+            let at_neighbours = beside.neighbours().map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
             let (de, theta) = (points[j + 1] - points[j], &frames[self.mesh.segment_frames[j]]);
-            let change = law.strain_change(shape.rest_lengths[j], &de, theta, at_stations);
+            let change = law.strain_change(shape.rest_lengths[j], &de, theta, at_neighbours);
             forces[j] = law.n + law.c.component_mul(&change);
         }
     }
@@ -200,21 +327,32 @@ impl RodSegment for StaggeredRod {
             let law = self.segment(shape, j);
             forces[j] = law.r * law.n;
         }
-        for beside in &self.mesh.beside {
-            forces[beside.segment] = self.blended(shape, beside).world_force();
+        for (beside, law) in self.all_blended(shape) {
+            forces[beside.segment] = law.world_force();
         }
     }
 
-    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 2]]) {
+    fn length_terms(&self, shape: &BranchShape<'_>, segments: &mut [[f64; 2]], couplings: &mut [[f64; 3]]) {
         for j in self.plain() {
             segments[j] = self.segment(shape, j).length_terms(shape.rest_lengths[j]);
         }
-        for beside in &self.mesh.beside {
+        for (beside, law) in self.all_blended(shape) {
             let j = beside.segment;
-            segments[j] = self.blended(shape, beside).length_terms(shape.rest_lengths[j]);
+            segments[j] = law.length_terms(shape.rest_lengths[j]);
         }
         for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
-            couplings[c] = self.coupling(shape, c).length_terms(lambda, &self.stiffness.couplings[c]);
+            let [first, second] = self.coupling(shape, c).length_terms(lambda, &self.stiffness.couplings[c]);
+            couplings[c] = [first, second, 0.0];
+        }
+        for pair in self.pairs() {
+            let [before, after] = [pair.frame - 1, pair.frame];
+            let laws = [before, after].map(|c| self.coupling(shape, c));
+            let own = self.variation(shape, pair, [&laws[0], &laws[1]]).length_derivatives();
+            for (k, c) in [before, after].into_iter().enumerate() {
+                couplings[c][0] += own.first[k];
+                couplings[c][1] += own.second[k];
+            }
+            couplings[before][2] += own.mixed;
         }
     }
 
@@ -233,16 +371,15 @@ impl RodSegment for StaggeredRod {
             points[j + 1] += force * rate;
             frames[self.mesh.segment_frames[j]] += moment * rate;
         }
-        for beside in self.mesh.beside.iter().filter(|b| segment_rates[b.segment] != 0.0) {
+        for (beside, law) in self.all_blended(shape).filter(|(beside, _)| segment_rates[beside.segment] != 0.0) {
             let j = beside.segment;
             let (rate, l) = (segment_rates[j], shape.rest_lengths[j]);
-            let law = self.blended(shape, beside).per_length(l);
-            let (force, moment, at_stations) = law.gradient(l);
+            let (force, moment, at_neighbours) = law.per_length(l).gradient(l);
             points[j] -= force * rate;
             points[j + 1] += force * rate;
             frames[self.mesh.segment_frames[j]] += moment * rate;
-            for (station, moment) in beside.stations.iter().zip(at_stations) {
-                if let Some(c) = station {
+            for (frame, moment) in beside.neighbours().iter().zip(at_neighbours) {
+                if let Some(c) = frame {
                     frames[*c] += moment * rate;
                 }
             }
@@ -252,22 +389,34 @@ impl RodSegment for StaggeredRod {
             frames[c] += a * coupling_rates[c];
             frames[c + 1] += b * coupling_rates[c];
         }
+        for pair in self.pairs() {
+            let places = [pair.frame - 1, pair.frame];
+            let rates = places.map(|c| coupling_rates[c]);
+            if rates == [0.0; 2] {
+                continue;
+            }
+            let laws = places.map(|c| self.coupling(shape, c));
+            let changes = self.variation(shape, pair, [&laws[0], &laws[1]]).moments_per_length(rates);
+            for ((c, law), change) in places.into_iter().zip(laws).zip(changes) {
+                let (a, b) = law.with_moment(change).gradient();
+                frames[c] += a;
+                frames[c + 1] += b;
+            }
+        }
     }
 
-    /// `R_b ∂E/∂θ_b`, which by objectivity equals `−R_a ∂E/∂θ_a`; beside a station the moment on it, to which the
-    /// blended segment contributes.
+    /// `R_b ∂E/∂θ_b` of the parts of the energy that belong to couplings, which by objectivity equals `−R_a ∂E/∂θ_a`;
+    /// and what a segment beside a station exerts on its neighbours.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]) {
-        for (c, moment) in moments.iter_mut().enumerate() {
-            *moment = rotation_matrix(&shape.frames[c + 1]) * self.coupling(shape, c).gradient().1;
-        }
-        for beside in &self.mesh.beside {
-            let (_, _, at_stations) = self.blended(shape, beside).gradient(shape.rest_lengths[beside.segment]);
-            let [first, second] = beside.stations;
+        self.each_coupling(shape, |c, law| moments[c] = rotation_matrix(&shape.frames[c + 1]) * law.gradient().1);
+        for (beside, law) in self.all_blended(shape) {
+            let (_, _, at_neighbours) = law.gradient(shape.rest_lengths[beside.segment]);
+            let [first, second] = beside.neighbours();
             if let Some(c) = first {
-                moments[c] -= shape.frames[c] * at_stations[0];
+                moments[c] -= shape.frames[c] * at_neighbours[0];
             }
             if let Some(c) = second {
-                moments[c - 1] += shape.frames[c] * at_stations[1];
+                moments[c - 1] += shape.frames[c] * at_neighbours[1];
             }
         }
     }
@@ -278,6 +427,7 @@ impl RodSegment for StaggeredRod {
             segments: self.stiffness.segments.iter().map(segment).collect(),
             couplings: self.stiffness.couplings.clone(),
             blends: self.stiffness.blends,
+            variation: self.stiffness.variation,
             curvature: self.curvature,
             friction: SectionFriction::default(),
         })

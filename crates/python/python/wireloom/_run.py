@@ -224,6 +224,12 @@ class Branch:
         return None if error is None else dict(zip(("position", "force", "moment", "bend_radius"), error, strict=True))
 
     @property
+    def order(self) -> int | None:
+        """Order of the scheme in the length of segments, all along the branch: 4, or 2 where the mesh is coarse or
+        graded or where something touches or slips, 1 for `mass-spring`. `None` where the error is not known."""
+        return self._handle.order()
+
+    @property
     def s(self) -> Array:
         """Unstressed arc length, m, shape (n,)."""
         return np.asarray(self._handle.s())

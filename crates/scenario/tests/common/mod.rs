@@ -30,7 +30,7 @@ impl RodSegment for Rod {
     fn predicted_forces(&self, _: &BranchShape<'_>, _: &[Vector], _: &[Vector], _: &mut [Vector]) {}
     fn forces(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
     fn moments(&self, _: &BranchShape<'_>, _: &mut [Vector]) {}
-    fn length_terms(&self, _: &BranchShape<'_>, _: &mut [[f64; 2]], _: &mut [[f64; 2]]) {}
+    fn length_terms(&self, _: &BranchShape<'_>, _: &mut [[f64; 2]], _: &mut [[f64; 3]]) {}
     fn length_mixed(&self, _: &BranchShape<'_>, _: &[f64], _: &[f64], _: &mut [Vector], _: &mut [Vector]) {}
     fn rest_rotation(&self, _: usize) -> Rotation {
         Rotation::identity()

@@ -14,6 +14,13 @@ struct Slot {
     transposed: bool,
 }
 
+impl Slot {
+    /// For the transposed block.
+    fn turned(self) -> Self {
+        Self { transposed: !self.transposed, ..self }
+    }
+}
+
 /// Positions of the six blocks of a segment between two points that are not tied.
 struct SegmentPlan {
     a: u32,
@@ -31,25 +38,28 @@ struct CouplingPlan {
     ba: Slot,
 }
 
-/// Plans of consecutive segments or couplings of a branch.
+/// Plans of consecutive segments, couplings or pairs of couplings of a branch.
 struct Run<P> {
     branch: usize,
     first: usize,
     plans: Vec<P>,
 }
 
-/// Segments and couplings whose blocks lie in a range of columns; positions are relative to the first of them.
+/// Segments, couplings and pairs of couplings whose blocks lie in a range of columns; positions are relative to the
+/// first of them.
 struct Group {
     columns: Range<usize>,
     blocks: Range<usize>,
     segments: Vec<Run<SegmentPlan>>,
     couplings: Vec<Run<CouplingPlan>>,
+    /// The one block of each pair: row the frame after it, column the frame before it.
+    pairs: Vec<Run<Slot>>,
 }
 
 impl Group {
     fn new(columns: Range<usize>, pattern: &Pattern) -> Self {
         let blocks = pattern.starts[columns.start] as usize..pattern.starts[columns.end] as usize;
-        Self { columns, blocks, segments: vec![], couplings: vec![] }
+        Self { columns, blocks, segments: vec![], couplings: vec![], pairs: vec![] }
     }
 
     /// Index of the block at two positions.
@@ -100,8 +110,12 @@ impl Group {
             for (plan, h) in run.plans.iter().zip(&hessian.branches[run.branch].couplings[run.first..]) {
                 diagonal[plan.a as usize] += h.aa;
                 diagonal[plan.b as usize] += h.bb;
-                let block = Slot { transposed: !plan.ba.transposed, ..plan.ba };
-                add_below(below, block, &h.ab);
+                add_below(below, plan.ba.turned(), &h.ab);
+            }
+        }
+        for run in &self.pairs {
+            for (slot, block) in run.plans.iter().zip(&hessian.branches[run.branch].pairs[run.first..]) {
+                add_below(below, slot.turned(), block);
             }
         }
     }
@@ -219,10 +233,11 @@ impl System {
 pub struct Assembly {
     /// One group for each of [`crate::linear::elimination_tree::Part::ranges`].
     groups: Vec<Group>,
-    /// Segments and couplings with variables in several groups.
+    /// Segments, couplings and pairs with variables in several groups.
     across: Group,
     tied_segments: Vec<TiedSegment>,
     tied_couplings: Vec<(usize, usize)>,
+    tied_pairs: Vec<(usize, usize)>,
 }
 
 impl Assembly {
@@ -231,7 +246,7 @@ impl Assembly {
         let pattern = &s.pattern;
         let mut groups: Vec<Group> = s.parts.ranges().into_iter().map(|range| Group::new(range, pattern)).collect();
         let mut across = Group::new(0..s.len(), pattern);
-        let (mut tied_segments, mut tied_couplings) = (vec![], vec![]);
+        let (mut tied_segments, mut tied_couplings, mut tied_pairs) = (vec![], vec![], vec![]);
         for (branch_index, branch) in network.branches.iter().enumerate() {
             let mesh = branch.rod.mesh();
             for (j, frame) in mesh.segment_frames.iter().enumerate() {
@@ -251,8 +266,18 @@ impl Assembly {
                     group_of(&mut groups, &mut across, &[a, b]).add_coupling(pattern, branch_index, c, [a, b]);
                 }
             }
+            for (k, pair) in mesh.pairs.iter().enumerate().filter(|_| branch.rod.couples_pairs()) {
+                let [a, b] = [pair.frame - 1, pair.frame + 1].map(|c| s.of_frame[branch.frames.start + c]);
+                if a.max(b) >= TIED {
+                    tied_pairs.push((branch_index, k));
+                } else {
+                    let group = group_of(&mut groups, &mut across, &[a, b]);
+                    let slot = group.slot(pattern, b, a);
+                    push(&mut group.pairs, branch_index, k, slot);
+                }
+            }
         }
-        Self { groups, across, tied_segments, tied_couplings }
+        Self { groups, across, tied_segments, tied_couplings, tied_pairs }
     }
 
     /// Edge from `point` to the next one as a linear function of independent variables: ends that are tied to a joint
@@ -293,12 +318,12 @@ impl Assembly {
         self.across.fill(hessian, &mut matrix.diagonal, &mut matrix.below);
         self.add_tied(matrix, network, state, hessian);
         for (joint, table) in network.joints.iter().zip(&hessian.joints) {
-            let k = joint.arm_frames.len();
+            let k = joint.coupled_frames.len();
             for b in 0..k {
                 for a in 0..=b {
                     let (row, column) = (
-                        matrix.structure.of_frame[joint.arm_frames[b]],
-                        matrix.structure.of_frame[joint.arm_frames[a]],
+                        matrix.structure.of_frame[joint.coupled_frames[b]],
+                        matrix.structure.of_frame[joint.coupled_frames[a]],
                     );
                     let block = table[b * k + a];
                     if row == column {
@@ -336,23 +361,25 @@ impl Assembly {
             for (beside, h) in mesh.beside.iter().zip(&hessian.branches[b].beside) {
                 let frame = matrix.structure.of_frame[branch.frames.start + mesh.segment_frames[beside.segment]];
                 let levers = Self::levers(&matrix.structure, network, state, branch.points.start + beside.segment);
-                let stations = beside
-                    .stations
+                let neighbours = beside
+                    .neighbours()
                     .map(|c| c.map(|c| Self::independent_frame(&matrix.structure, network, branch.frames.start + c)));
-                for (k, (station, r)) in stations.iter().enumerate().filter_map(|(k, s)| s.as_ref().map(|s| (k, s))) {
-                    matrix.add(*station, *station, &(r * h.ss[k] * r.transpose()));
-                    matrix.add_both(*station, frame, &(r * h.st[k]));
+                for (k, (own, r)) in
+                    neighbours.iter().enumerate().filter_map(|(k, own)| own.as_ref().map(|own| (k, own)))
+                {
+                    matrix.add(*own, *own, &(r * h.ss[k] * r.transpose()));
+                    matrix.add_both(*own, frame, &(r * h.st[k]));
                     for (row, j) in levers.iter().flatten() {
                         let block = r * h.se[k] * j;
-                        if row == station {
+                        if row == own {
                             // The station and the lever of its offset are the same hub.
                             matrix.add(*row, *row, &(block + block.transpose()));
                         } else {
-                            matrix.add_both(*station, *row, &block);
+                            matrix.add_both(*own, *row, &block);
                         }
                     }
                 }
-                if let [Some((s0, r0)), Some((s1, r1))] = &stations {
+                if let [Some((s0, r0)), Some((s1, r1))] = &neighbours {
                     let block = r1 * h.s1s0 * r0.transpose();
                     if s0 == s1 {
                         matrix.add(*s0, *s0, &(block + block.transpose()));
@@ -377,6 +404,19 @@ impl Assembly {
                 matrix.add(a, a, &(ab + ab.transpose()));
             } else {
                 matrix.add_both(a, b, &ab);
+            }
+        }
+        for &(branch, k) in &self.tied_pairs {
+            let block = hessian.branches[branch].pairs[k];
+            let mesh = network.branches[branch].rod.mesh();
+            let frame = network.branches[branch].frames.start + mesh.pairs[k].frame;
+            let [(a, ra), (b, rb)] =
+                [frame - 1, frame + 1].map(|c| Self::independent_frame(&matrix.structure, network, c));
+            let block = ra * block * rb.transpose();
+            if a == b {
+                matrix.add(a, a, &(block + block.transpose()));
+            } else {
+                matrix.add_both(a, b, &block);
             }
         }
         for (tie, h) in network.ties.iter().zip(&hessian.ties) {

@@ -281,9 +281,14 @@ fn coupled(
             point(branch.points.start + beside.segment, &mut clique);
             point(branch.points.start + beside.segment + 1, &mut clique);
             let segment = mesh.segment_frames[beside.segment];
-            for c in beside.stations.into_iter().flatten().chain([segment]) {
+            for c in beside.neighbours().into_iter().flatten().chain([segment]) {
                 frame(branch.frames.start + c, &mut clique);
             }
+            join(&mut clique);
+        }
+        for pair in mesh.pairs.iter().filter(|_| branch.rod.couples_pairs()) {
+            frame(branch.frames.start + pair.frame - 1, &mut clique);
+            frame(branch.frames.start + pair.frame + 1, &mut clique);
             join(&mut clique);
         }
         for c in 0..mesh.coupling_lengths.len() {
@@ -293,7 +298,7 @@ fn coupled(
         }
     }
     for joint in &network.joints {
-        for &c in &joint.arm_frames {
+        for &c in &joint.coupled_frames {
             frame(c, &mut clique);
         }
         join(&mut clique);

@@ -199,8 +199,8 @@ impl WithoutPotential {
         let forces = self.forces.as_mut().expect("made by prepare");
         forces.clear();
         for own in &self.along {
-            for (node, block) in own.blocks.iter().enumerate() {
-                forces.points[own.point + node] += block * step.frames[own.frame];
+            for (point, block) in &own.blocks {
+                forces.points[*point] += block * step.frames[own.frame];
             }
         }
         problem.network.pull_back(state, forces);

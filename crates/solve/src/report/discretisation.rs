@@ -13,8 +13,19 @@
 //!     + Σ_c (λ/2) κᵀ (C_h − C) κ        stiffness of couplings that is not that of the section (`mass-spring`)
 //! ```
 //!
-//! where β is the share of the tangent of a station in a segment beside it ([`crate::report`], `models::kernel`), and
-//! Δ the difference between the ends of a segment (of neighbouring segments). The computed equilibrium minimises
+//! where β is the coefficient of a station in a segment beside it (`models::kernel::Stencil`), and Δ the difference
+//! between the ends of a segment (of neighbouring segments). In spans where the scheme is of fourth order
+//! ([`wireloom_core::RodSegment::couples_pairs`], [`wireloom_core::rod::Mesh::is_fine`]) it is instead, for nodes at `x
+//! − (ℓ²/24) x″`,
+//!
+//! ```text
+//! D = − Σ_c (λ⁵/180) κ″ᵀ C κ″           what the variation within a cell leaves (symbol of the scheme: 1 − (kλ)⁴/90)
+//!     − Σ_c (3/640) λ⁵ |κ|⁴ m · κ       κ of a coupling is the angle over the length but for φ⁴·3/640
+//!     + Σ_j n · a                       a: what the stencils at stations leave, and a change of ℓ along the branch
+//!     − Σ_i ((ℓ²/24) at i − that of the segments) ρ g · Δx′
+//! ```
+//!
+//! The computed equilibrium minimises
 //! `E + D`, so it differs from the rod's by `δ = −H⁻¹ ∂D` with the Hessian H that the certificate has factorised: one
 //! more solution with it. From δ follow the errors of positions, curvatures, forces and moments; to the curvature of a
 //! node is added what its cell differs from it, `(λ²/24) κ″`, at a station `β ℓ κ′`.
@@ -34,7 +45,6 @@ use wireloom_core::equilibrium::{BranchError, BranchResult};
 use wireloom_core::network::Branch;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rod::{BranchHessian, BranchShape, SegmentHessian};
-use wireloom_core::terms::gravity::STATION_SHIFT;
 use wireloom_core::{State, Tangent, Vector};
 
 /// Factor on the envelope of the leading term.
@@ -46,6 +56,18 @@ const COARSE: f64 = 0.8;
 /// Divisor of the fourth power of the angle of a cell (rad): the error of the law of a coupling relative to its
 /// curvature.
 const LAW: f64 = 300.0;
+/// Error of the law of a coupling relative to its curvature, for the angle of a cell to the fourth power.
+const LAW_LEADING: f64 = 3.0 / 640.0;
+/// Fraction of a segment's load that a station passes to the next node where the scheme is of second order.
+const STATION_SHIFT: f64 = 1.0 / 24.0;
+/// Divisor of `ℓ² Δ² x″` in what the wide stencil at a station leaves of its edge.
+const WIDE_STENCIL: f64 = 155.0;
+/// Further factor in a scheme of fourth order: of what stations do to it, only the edges are known.
+const FINE_SAFETY: f64 = 1.5;
+/// Nodes from a station on, at which the estimate of a scheme of fourth order is that of the next one.
+const CUT_OFF: usize = 4;
+/// Divisor of `ℓ² Δ x″` in what the narrow one leaves.
+const NARROW_STENCIL: f64 = 96.0;
 /// Factor where cables touch something or slide.
 const CONTACT_SAFETY: f64 = 2.0;
 /// Nodes on each side over which the envelope is taken.
@@ -68,6 +90,8 @@ pub struct NodalErrors {
     pub moment: Vec<f64>,
     /// Of the position, m.
     pub position: Vec<f64>,
+    /// Order of the scheme all along the branch.
+    pub order: u32,
 }
 
 impl NodalErrors {
@@ -86,6 +110,7 @@ impl NodalErrors {
             force: largest(&self.force),
             moment: largest(&self.moment),
             bend_radius: tightest.filter(|(_, r)| r.is_finite()).map(|(node, r)| self.bend_radius(node, *r)),
+            order: self.order,
         };
         let all = [&self.curvature, &self.torsion, &self.force, &self.moment, &self.position];
         all.iter().all(|errors| errors.iter().all(|e| e.is_finite())).then_some(error)
@@ -108,8 +133,12 @@ struct Samples<'a> {
     stiffness: Vector,
     /// C of each coupling, N m².
     discrete_stiffness: Vec<Vector>,
-    /// β of the stations at the two ends of the branch, and within.
+    /// β of the stations at the two ends of the branch, and within, where the scheme is of second order.
     blends: [f64; 2],
+    /// Whether the scheme is of fourth order, by segment.
+    fine: Vec<bool>,
+    /// Factor on the variation of curvature; another one than 1 is for a rod that has further errors of second order.
+    variation: f64,
     /// n of each segment, N, world.
     forces: Vec<Vector>,
     /// x″ at the start and at the end of each segment, 1/m, world.
@@ -130,6 +159,7 @@ impl<'a> Samples<'a> {
         let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
         // The same all along a branch.
         let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
+        let variation = law.as_ref().map_or(0.0, |law| law.variation);
         let couplings = shape.coupling_lengths.len();
         let discrete_stiffness = match law {
             Some(law) => law.couplings.iter().map(|own| own + of_friction).collect(),
@@ -151,6 +181,9 @@ impl<'a> Samples<'a> {
             stiffness,
             discrete_stiffness,
             blends,
+            variation,
+            // In contact the polygon is what touches: the error is of second order.
+            fine: (0..n).map(|j| branch.rod.couples_pairs() && mesh.is_fine(j) && !touches(problem)).collect(),
             forces: vec![Vector::zeros(); n],
             bends: Vec::with_capacity(n),
         };
@@ -158,8 +191,8 @@ impl<'a> Samples<'a> {
         for c in 0..couplings {
             let node = mesh.coupling_nodes[c];
             let side = match mesh.station_frame(node) {
-                Some(station) if station == c => samples.blend(node) * shape.rest_lengths[node],
-                Some(_) => -samples.blend(node) * shape.rest_lengths[node - 1],
+                Some(station) if station == c => samples.blend(node, node) * shape.rest_lengths[node],
+                Some(_) => -samples.blend(node - 1, node) * shape.rest_lengths[node - 1],
                 None => 0.0,
             };
             samples.place.push(result.s[node] + side);
@@ -184,11 +217,30 @@ impl<'a> Samples<'a> {
         samples
     }
 
-    /// β at a node.
-    fn blend(&self, node: usize) -> f64 {
+    /// Distance from a node to the place to which the curvature of its coupling beside segment j belongs, as a fraction
+    /// of the segment: at a station β, or in a scheme of fourth order the middle of its cell.
+    fn blend(&self, j: usize, node: usize) -> f64 {
         let mesh = self.branch.rod.mesh();
         let inner = usize::from(node > 0 && node < mesh.segments());
-        if mesh.station_frame(node).is_some() { self.blends[inner] } else { 0.0 }
+        match mesh.station_frame(node) {
+            None => 0.0,
+            Some(_) if self.fine[j] => 0.25,
+            Some(_) => self.blends[inner],
+        }
+    }
+
+    /// Order of the scheme all along the branch.
+    fn order(&self) -> u32 {
+        let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
+        let graded = |node: usize| mesh.station_frame(node).is_none() && (l[node] - l[node - 1]).abs() > 1e-6 * l[node];
+        let differs = |own: &Vector| (own - self.stiffness).norm() > 1e-9 * self.stiffness.norm();
+        if self.discrete_stiffness.iter().any(differs) {
+            1
+        } else if self.variation == 1.0 && self.fine.iter().all(|fine| *fine) && !(1..l.len()).any(graded) {
+            4
+        } else {
+            2
+        }
     }
 
     /// Couplings of a segment with the frames before and after it.
@@ -200,7 +252,7 @@ impl<'a> Samples<'a> {
     /// κ at the start (0) or end (1) of a segment, 1/m.
     fn at_node(&self, j: usize, end: usize) -> Option<Vector> {
         let c = self.couplings(j)[end]?;
-        let beyond = self.blend(j + end) * self.shape.rest_lengths[j] * (2.0 * end as f64 - 1.0);
+        let beyond = self.blend(j, j + end) * self.shape.rest_lengths[j] * (2.0 * end as f64 - 1.0);
         Some(self.curvature[c] + self.rate[j].unwrap_or_default() * beyond)
     }
 
@@ -219,25 +271,65 @@ impl<'a> Samples<'a> {
 
     /// a of a segment, m.
     fn edge_offset(&self, j: usize) -> Vector {
-        let [start, end] = self.offset_factors(j);
-        self.bends[j][0] * start + self.bends[j][1] * end
+        self.offset_factors(j).map(|(of, end, factor)| self.bends[of][end] * factor).sum()
     }
 
-    /// Factors on x″ at the start and at the end of a segment in a, m².
-    fn offset_factors(&self, j: usize) -> [f64; 2] {
-        let square = self.shape.rest_lengths[j].powi(2);
-        [0, 1].map(|end| (1.0 / 24.0 - 0.5 * self.blend(j + end)) * square * (2.0 * end as f64 - 1.0))
-    }
-
-    /// Adds to the gradients of a harness those of the couplings' part of D.
-    fn add_cells(&self, gradient: &mut Tangent) {
+    /// Factors on x″ in a of a segment, m², with the segments and their ends (0 or 1) where it is taken.
+    fn offset_factors(&self, j: usize) -> impl Iterator<Item = (usize, usize, f64)> {
         let mesh = self.branch.rod.mesh();
+        let l = self.shape.rest_lengths;
+        let square = l[j] * l[j];
+        let mut factors = Vec::with_capacity(5);
+        for end in [0, 1] {
+            let (node, sign) = (j + end, 2.0 * end as f64 - 1.0);
+            if !self.fine[j] {
+                factors.push((j, end, (1.0 / 24.0 - 0.5 * self.blend(j, node)) * square * sign));
+                continue;
+            }
+            if mesh.station_frame(node).is_none() {
+                let other = if end == 0 { j.checked_sub(1) } else { Some(j + 1).filter(|k| *k < l.len()) };
+                let mean = other.map_or(l[j], |other| 0.5 * (l[j] + l[other]));
+                factors.push((j, end, (square - mean * mean) / 24.0 * sign));
+                continue;
+            }
+            let beside = mesh.beside.iter().find(|beside| beside.segment == j).and_then(|beside| beside.next);
+            match (beside, if end == 0 { Some(j + 1) } else { j.checked_sub(1) }) {
+                (Some(_), Some(next)) => {
+                    let factor = square / WIDE_STENCIL * sign;
+                    factors.extend([(j, end, factor), (j, 1 - end, -2.0 * factor), (next, 1 - end, factor)]);
+                }
+                _ => {
+                    let factor = square / NARROW_STENCIL;
+                    factors.extend([(j, 0, -factor), (j, 1, factor)]);
+                }
+            }
+        }
+        factors.into_iter()
+    }
+
+    /// Coefficients of κ″ at a coupling in the curvatures of the one before, its own and the one after, 1/m², if all
+    /// lie in one span of fourth order.
+    fn second_rate(&self, c: usize) -> Option<[f64; 3]> {
+        let mesh = self.branch.rod.mesh();
+        let paired = |frame: usize| mesh.pairs.binary_search_by_key(&frame, |pair| pair.frame).is_ok();
+        if c == 0 || c + 1 >= self.curvature.len() || !(paired(c) && paired(c + 1)) {
+            return None;
+        }
+        let (before, after) = (self.place[c] - self.place[c - 1], self.place[c + 1] - self.place[c]);
+        let scale = 2.0 / (before + after);
+        Some([scale / before, -scale * (1.0 / before + 1.0 / after), scale / after])
+    }
+
+    /// ∂D/∂κ of the couplings, N m², without edges and weight.
+    fn cell_moments(&self) -> Vec<Vector> {
+        let mesh = self.branch.rod.mesh();
+        let lambda = self.shape.coupling_lengths;
         let mut moments = vec![Vector::zeros(); self.curvature.len()];
         for (c, moment) in moments.iter_mut().enumerate() {
             let excess = self.discrete_stiffness[c] - self.stiffness;
-            *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * self.shape.coupling_lengths[c];
+            *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * lambda[c];
         }
-        for j in 0..mesh.segments() {
+        for j in (0..mesh.segments()).filter(|j| !self.fine[*j]) {
             let [start, end] = self.couplings(j);
             if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
                 let distance = self.place[end] - self.place[start];
@@ -246,7 +338,36 @@ impl<'a> Samples<'a> {
                 moments[end] -= moment;
             }
         }
-        self.add_moments(&moments, &mut gradient.frames[self.branch.frames.clone()]);
+        if !self.branch.rod.couples_pairs() {
+            return moments;
+        }
+        for c in 0..moments.len() {
+            let Some(coefficients) = self.second_rate(c) else { continue };
+            let neighbours = [c - 1, c, c + 1];
+            let second: Vector =
+                neighbours.iter().zip(coefficients).map(|(k, factor)| self.curvature[*k] * factor).sum();
+            // Cells beside stations have the rate of their neighbours.
+            let cells: f64 = neighbours
+                .iter()
+                .filter(|k| **k == c || self.second_rate(**k).is_none())
+                .map(|k| lambda[*k].powi(5))
+                .sum();
+            let moment = self.stiffness.component_mul(&second) * (-cells / 90.0);
+            for (k, factor) in neighbours.into_iter().zip(coefficients) {
+                moments[k] += moment * factor;
+            }
+            let kappa = &self.curvature[c];
+            let m = self.stiffness.component_mul(&(kappa - self.rest));
+            let square = kappa.norm_squared();
+            let by_law = (m + self.stiffness.component_mul(kappa)) * square + kappa * (4.0 * m.dot(kappa));
+            moments[c] -= by_law * (LAW_LEADING * lambda[c].powi(5) * square);
+        }
+        moments
+    }
+
+    /// Adds to the gradients of a harness those of the couplings' part of D.
+    fn add_cells(&self, gradient: &mut Tangent) {
+        self.add_moments(&self.cell_moments(), &mut gradient.frames[self.branch.frames.clone()]);
     }
 
     /// Adds the gradient of `Σ_c μ·κ` with these μ (N m²).
@@ -265,34 +386,33 @@ impl<'a> Samples<'a> {
         let mesh = self.branch.rod.mesh();
         let points = &mut gradient.points[self.branch.points.clone()];
         let frames = &mut gradient.frames[self.branch.frames.clone()];
-        // ∂D/∂κ of each coupling, N m².
-        let mut moments = vec![Vector::zeros(); self.curvature.len()];
         for j in 0..mesh.segments() {
             let frame = mesh.segment_frames[j];
             let a = self.edge_offset(j);
             let h = &own.segments[j];
             let mut force = h.ee * a;
             frames[frame] += h.te * a;
-            for (end, factor) in self.offset_factors(j).into_iter().enumerate() {
+            for (of, end, factor) in self.offset_factors(j) {
                 let n = self.forces[j];
-                frames[frame] += (self.shape.frames[frame].inverse() * self.bends[j][end].cross(&n)) * factor;
-                if let Some(c) = self.couplings(j)[end] {
-                    moments[c] += Vector::z().cross(&(self.shape.frames[frame].inverse() * n)) * factor;
-                }
+                frames[frame] += (self.shape.frames[frame].inverse() * self.bends[of][end].cross(&n)) * factor;
             }
             // Weight: W (t_i − t_{i−1}) at nodes, and what is shifted from stations.
             let l = &self.shape.rest_lengths;
             let lumped = |node: usize| {
-                if node == 0 || node == mesh.segments() {
-                    return 0.0;
+                let is_end = node == 0 || node == mesh.segments();
+                match (self.fine[j], is_end || mesh.station_frame(node).is_some()) {
+                    (true, true) => l[j] * l[j] / 24.0,
+                    (false, _) if is_end => 0.0,
+                    (fine, _) => {
+                        let (a, b) = (l[node - 1], l[node]);
+                        (a.powi(3) + b.powi(3)) / ((a + b) * if fine { 24.0 } else { 12.0 })
+                    }
                 }
-                let (a, b) = (l[node - 1], l[node]);
-                (a.powi(3) + b.powi(3)) / (12.0 * (a + b))
             };
             let weight = weight(j);
             force -= weight * ((lumped(j) - lumped(j + 1)) / l[j]);
             for (node, sign) in [(j, -1.0), (j + 1, 1.0)] {
-                if mesh.station_frame(node).is_some() {
+                if mesh.station_frame(node).is_some() && !self.fine[j] {
                     force += weight * (sign * STATION_SHIFT * l[j]);
                 }
             }
@@ -301,21 +421,46 @@ impl<'a> Samples<'a> {
         }
         for (beside, h) in mesh.beside.iter().zip(&own.beside) {
             let a = self.edge_offset(beside.segment);
-            for (station, se) in beside.stations.iter().zip(&h.se) {
-                if let Some(c) = station {
+            for (frame, se) in beside.neighbours().iter().zip(&h.se) {
+                if let Some(c) = frame {
                     frames[*c] += se * a;
                 }
             }
         }
-        self.add_moments(&moments, frames);
+        self.add_moments(&self.edge_moments(), frames);
+    }
+
+    /// ∂D/∂κ of the couplings, N m², of the edges' part of D.
+    fn edge_moments(&self) -> Vec<Vector> {
+        let mut moments = vec![Vector::zeros(); self.curvature.len()];
+        for (j, frame) in self.branch.rod.mesh().segment_frames.iter().enumerate() {
+            let force = self.shape.frames[*frame].inverse() * self.forces[j];
+            for (of, end, factor) in self.offset_factors(j) {
+                if let Some(c) = self.couplings(of)[end] {
+                    moments[c] += Vector::z().cross(&force) * factor;
+                }
+            }
+        }
+        moments
     }
 
     /// Errors of κ at the couplings that are not beside a station, and of the moments there, from the response.
     fn curvature_errors(&self, response: Option<&[Vector]>) -> Vec<Vector> {
         let mesh = self.branch.rod.mesh();
+        let (of_cells, of_edges) = (self.cell_moments(), self.edge_moments());
         let error = |c: usize| {
             let node = mesh.coupling_nodes[c];
             let lambda = self.shape.coupling_lengths[c];
+            if node > 0 && self.fine[node - 1] {
+                // The curvature reported is that under the moment, to which D adds `∂D/∂κ/λ`.
+                let Some(turns) = response else {
+                    return of_cells[c].component_div(&self.stiffness) / lambda;
+                };
+                let within = (of_cells[c] + of_edges[c]).component_div(&self.stiffness) / lambda;
+                let (a, b) = (turns[c], turns[c + 1]);
+                let turned = (b - a) / lambda + self.curvature[c].cross(&((a + b) * 0.5));
+                return within.zip_map(&turned, |a, b| (a + b).abs().max(CANCELLED * (a.abs() + b.abs())));
+            }
             let rates = [node.checked_sub(1), Some(node)].map(|j| j.and_then(|j| *self.rate.get(j)?));
             let (second, first) = match rates {
                 [Some(before), Some(after)] => ((after - before) / lambda, (before + after) * 0.5),
@@ -328,7 +473,24 @@ impl<'a> Samples<'a> {
             within + first * shift + (b - a) / lambda + self.curvature[c].cross(&((a + b) * 0.5))
         };
         let at_station = |c: usize| mesh.station_frame(mesh.coupling_nodes[c]).is_some();
-        (0..self.curvature.len()).map(|c| if at_station(c) { Vector::zeros() } else { error(c) }).collect()
+        let mut errors: Vec<Vector> =
+            (0..self.curvature.len()).map(|c| if at_station(c) { Vector::zeros() } else { error(c) }).collect();
+        // D is cut off at stations: its derivatives by the first curvatures are far larger than what they cancel to.
+        let of_node = |node: usize| mesh.coupling_nodes.iter().position(|own| *own == node);
+        for c in 0..errors.len() {
+            let node = mesh.coupling_nodes[c];
+            if at_station(c) || !self.fine[node - 1] {
+                continue;
+            }
+            let k = mesh.stations.partition_point(|station| *station < node);
+            let from = k.checked_sub(1).map_or(0, |k| mesh.stations[k] + CUT_OFF);
+            let to = mesh.stations.get(k).map_or(mesh.segments(), |station| station.saturating_sub(CUT_OFF));
+            let inner = if from <= to { of_node(node.clamp(from, to)) } else { None };
+            if let Some(inner) = inner {
+                errors[c] = errors[inner];
+            }
+        }
+        errors
     }
 
     /// Change of the force of each segment in a response to edges with these offsets, N.
@@ -341,8 +503,8 @@ impl<'a> Samples<'a> {
         };
         let mut forces: Vec<Vector> = own.segments.iter().enumerate().map(force).collect();
         for (beside, h) in mesh.beside.iter().zip(&own.beside) {
-            for (station, se) in beside.stations.iter().zip(&h.se) {
-                if let Some(c) = station {
+            for (frame, se) in beside.neighbours().iter().zip(&h.se) {
+                if let Some(c) = frame {
                     forces[beside.segment] += se.tr_mul(&turns[*c]);
                 }
             }
@@ -389,7 +551,7 @@ impl<'a> Samples<'a> {
                 let (Some(c), Some(rate)) = (self.couplings(j)[end], self.rate[j]) else { continue };
                 // Moment and curvature of a station are not those of its coupling, but leave an error of the second
                 // order.
-                if mesh.station_frame(node).is_some() {
+                if mesh.station_frame(node).is_some() && !self.fine[j] {
                     let l = self.shape.rest_lengths[j];
                     let next = if end == 0 { Some(j + 1) } else { j.checked_sub(1) };
                     let next = next.and_then(|next| *self.rate.get(next)?).unwrap_or_default();
@@ -407,6 +569,7 @@ impl<'a> Samples<'a> {
             moment: whole.iter().map(|e| e * local).collect(),
             force: vec![0.0; n + 1],
             position: vec![0.0; n + 1],
+            order: self.order(),
         };
         if let (Some(response), Some(turns)) = (response, turns) {
             let own = &response.hessian.branches[index];
@@ -421,7 +584,12 @@ impl<'a> Samples<'a> {
             }
             let [cells, edges] = response.parts.each_ref().map(|part| &part.points[self.branch.points.clone()]);
             for (node, position) in errors.position.iter_mut().enumerate() {
-                let drawn = result.position[node] - self.shape.points[node] - self.shape.compensation[node];
+                let is_fine = node > 0 && self.fine[node - 1];
+                let drawn = if is_fine {
+                    Vector::zeros()
+                } else {
+                    result.position[node] - self.shape.points[node] - self.shape.compensation[node]
+                };
                 *position = of_parts(&cells[node], &(edges[node] + drawn));
             }
             // Moments in world axes turn with the frames.
@@ -459,7 +627,8 @@ impl<'a> Samples<'a> {
             let change = start.zip(*end).map_or(0.0, |(start, end)| (end - start).abs());
             for (node, kappa) in [(j, start), (j + 1, end)] {
                 let kappa = kappa.unwrap_or(0.0);
-                let coarse = COARSE * change * (change / largest).min(1.0).powi(4);
+                let power = if self.fine[j] { 8 } else { 4 };
+                let coarse = COARSE * change * (change / largest).min(1.0).powi(power);
                 errors[node] = errors[node].max(coarse + kappa * (kappa * lengths[j]).powi(4) / LAW);
             }
         }
@@ -511,7 +680,7 @@ pub(crate) fn estimate(
     results: &[BranchResult],
     response: Option<Response<'_>>,
 ) -> Vec<NodalErrors> {
-    let touches = !problem.conditions().contact.records.is_empty();
+    let touches = touches(problem);
     let factor = if touches || problem.has_slides() { SAFETY * CONTACT_SAFETY } else { SAFETY };
     let estimate = |(index, result): (usize, &BranchResult)| {
         let samples = Samples::new(problem, state, index, result);
@@ -526,13 +695,19 @@ pub(crate) fn estimate(
             errors.curvature[node] += unresolved;
             errors.moment[node] += samples.stiffness.xy().max() * unresolved;
         }
-        let NodalErrors { curvature, torsion, force, moment, position } = &mut errors;
+        let NodalErrors { curvature, torsion, force, moment, position, .. } = &mut errors;
+        let factor = if samples.fine.contains(&true) { FINE_SAFETY * factor } else { factor };
         for all in [curvature, torsion, force, moment, position] {
             envelope(all, factor);
         }
         errors
     };
     results.iter().enumerate().map(estimate).collect()
+}
+
+/// Whether the harness touches something, or itself.
+fn touches(problem: &Problem<'_>) -> bool {
+    !problem.conditions().contact.records.is_empty()
 }
 
 /// Size of an error of two parts. Where they cancel, what is left is no longer the leading term: no less than

@@ -1,6 +1,6 @@
 //! Results at a state: internal forces, moments, bend radii, reactions.
 
-use crate::report::Occurrence;
+use crate::report::{Occurrence, nodes};
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, ObstacleResult, SpanResult,
@@ -10,10 +10,11 @@ use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::Problem;
 use wireloom_core::requirement::Marker;
+use wireloom_core::rod::Mesh;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::terms::constraints::Reaction;
 use wireloom_core::terms::contact::ObstacleLoad;
-use wireloom_core::terms::gravity::STATION_SHIFT;
+use wireloom_core::terms::gravity;
 use wireloom_core::variable::Variable;
 use wireloom_core::{BranchShape, EventKind, EventPlace, Mounting, Network, Pose, Rotation, State, Tangent, Vector};
 
@@ -42,6 +43,12 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
     branch.rod.moments(&shape, &mut coupling_moments);
     let weight = |j: usize| problem.force_per_length(state, index, j);
+    // Differences across a few nodes know little of a few segments, also where their span goes on beyond a joint.
+    let refines = branch.rod.couples_pairs() && n >= Mesh::FINE;
+    let is_fine = |j: usize| refines && mesh.is_fine(j);
+    let lengths = gravity::middle_shifts(mesh, shape.rest_lengths);
+    let middle_shifts: Vec<Vector> = lengths.into_iter().enumerate().map(|(j, length)| weight(j) * length).collect();
+    let middle_forces: Vec<Vector> = segment_forces.iter().zip(&middle_shifts).map(|(n, shift)| n + shift).collect();
     let length = mesh.length();
 
     let mut result = BranchResult {
@@ -95,12 +102,16 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     // Edges are tangent to the centre line at their midpoints (frames are not, as the cable shears); nodes without a
     // station are off the centre line by ℓ² x″/24. In contact the polygon itself is reported, as its nodes touch.
     let touching = &touching[branch.points.clone()];
+    let tangents = nodes::middle_tangents(branch, &shape);
     for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
-        result.position[node] += centre_line_offset(shape.edge(node - 1), shape.edge(node), Vector::zeros());
+        let length = shape.rest_lengths[node - 1] + shape.rest_lengths[node];
+        result.position[node] += (tangents[node] - tangents[node - 1]) * (length / 48.0);
     }
     // Ends at a joint without stations have no coupling of the rod: the moment there is that of the joint, and frame
     // and curvature follow from it, or with two arms from the segments on both sides.
     let mut continued = [None, None];
+    // Whether the rod runs through the joint there.
+    let mut through = [false, false];
     for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
         let BranchEnd::Joint { joint, arm } = end else { continue };
         let joint = &network.joints[joint];
@@ -109,26 +120,46 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         }
         let (segment, sign) = if k == 0 { (0, 1.0) } else { (n - 1, -1.0) };
         let q = segment_frame(segment);
-        let frames: Vec<Rotation> = joint.arm_frames.iter().map(|&c| state.frames[c]).collect();
+        let frames: Vec<Rotation> = joint.coupled_frames.iter().map(|&c| state.frames[c]).collect();
         let mut moments = vec![Vector::zeros(); frames.len()];
         joint.model.add_gradient(&frames, &mut moments);
-        let moment = moments[arm] * sign;
+        let of_arm = frames.iter().zip(&moments).skip(arm).step_by(joint.arms.len());
+        let moment = of_arm.map(|(frame, moment)| frame * moment).sum::<Vector>() * sign;
         if !touching[node] {
             result.position[node] += joint_shift(problem, joint, state);
         }
-        result.moment[node] = q * moment;
+        result.moment[node] = moment;
         let (kappa, frame) = if joint.arms.len() == 2 {
             let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
-            let relative = if k == 0 { beyond.inverse() * q } else { q.inverse() * beyond };
-            (relative.scaled_axis() / mean_length(joint), halfway(&beyond, &q, 0.5))
+            let bent = |a: &Rotation, b: &Rotation| if k == 0 { b.inverse() * a } else { a.inverse() * b };
+            let kappa = bent(&q, &beyond).scaled_axis() / mean_length(joint);
+            let mut frame = halfway(&beyond, &q, 0.5);
+            if let [_, _, seconds @ ..] = frames.as_slice()
+                && let (Some(own), Some(other)) = (seconds.get(arm), seconds.get(1 - arm))
+            {
+                through[k] = true;
+                let [here, across] = [arm, 1 - arm].map(|arm| &joint.arms[arm]);
+                let own_length = end_coupling(&shape, here.starts_here);
+                let other_shape = state.branch(network, joint.branches[1 - arm]);
+                let other_length = end_coupling(&other_shape, across.starts_here);
+                let other = other * across.rest.inverse() * here.rest;
+                let [own, other] =
+                    [bent(own, &q).scaled_axis() / own_length, bent(&beyond, &other).scaled_axis() / other_length];
+                let middle = mean_length(joint);
+                let places = [0.5 * sign * (own_length + middle), 0.0, -0.5 * sign * (middle + other_length)];
+                let rate = nodes::slope(places, [own, kappa, other]);
+                frame *= Rotation::from_scaled_axis(rate * (here.segment_length * across.segment_length / -8.0));
+            }
+            (kappa, frame)
         } else {
+            let moment = q.inverse() * moment;
             let kappa = moment.component_div(&branch.section.bend_diagonal()) + joint.arms[arm].curvature;
             (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * shape.rest_lengths[segment])))
         };
         curvature[node].0 = kappa;
         continued[k] = Some(frame);
     }
-    for (node, &(kappa, side)) in curvature.iter().enumerate() {
+    for (node, &(_, side)) in curvature.iter().enumerate() {
         let (l0, l1) = (
             if node > 0 { shape.rest_lengths[node - 1] } else { 0.0 },
             if node < n { shape.rest_lengths[node] } else { 0.0 },
@@ -140,15 +171,26 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
         };
         result.frame.push(frame);
-        // Between nodes the force changes by the weight and the loads along it: n' + f = 0; see [`STATION_SHIFT`] for
-        // the part on a station.
-        let fraction = if mesh.station_frame(node).is_some() { 0.5 - STATION_SHIFT } else { 0.5 };
+        // Between nodes the force changes by the weight and the loads along it: n' + f = 0. Moments of coarse spans are
+        // in balance with the forces of segments as they are.
+        let inner = |j: usize| if is_fine(j) { middle_forces[j] } else { segment_forces[j] };
         result.force.push(match (node, side) {
-            (0, _) | (_, Side::After) => segment_forces[node] + weight(node) * (fraction * l1),
-            (_, Side::Before) => segment_forces[node - 1] - weight(node - 1) * (fraction * l0),
-            (node, _) if node == n => segment_forces[n - 1] - weight(n - 1) * (fraction * l0),
-            (node, Side::Both) => (segment_forces[node - 1] * l1 + segment_forces[node] * l0) / (l0 + l1),
+            (0, _) | (_, Side::After) => middle_forces[node] + weight(node) * (0.5 * l1),
+            (_, Side::Before) => middle_forces[node - 1] - weight(node - 1) * (0.5 * l0),
+            (node, _) if node == n => middle_forces[n - 1] - weight(n - 1) * (0.5 * l0),
+            (node, Side::Both) => (inner(node - 1) * l1 + inner(node) * l0) / (l0 + l1),
         });
+    }
+    if refines && !touching.contains(&true) {
+        let segments = nodes::Segments { shape: &shape, forces: &middle_forces, shifts: &middle_shifts };
+        let rest = rest.unwrap_or_default();
+        nodes::refine(branch, &segments, through, weight, &mut result, |node, moment| {
+            // The same all along a branch.
+            let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
+            curvature[node].0 = rest + moment.component_div(&branch.section.bend_diagonal());
+        });
+    }
+    for (kappa, _) in &curvature {
         let bend = kappa.xy().norm();
         result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
     }
@@ -161,17 +203,15 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     result
 }
 
+/// Length of the first or last coupling of a branch, m.
+fn end_coupling(shape: &BranchShape<'_>, first: bool) -> f64 {
+    shape.coupling_lengths[if first { 0 } else { shape.coupling_lengths.len() - 1 }]
+}
+
 /// Memory of a coupling.
 fn memory_of<'s>(shape: &BranchShape<'s>, coupling: usize) -> &'s [f64] {
     let width = shape.memory.len() / shape.coupling_lengths.len();
     &shape.memory[coupling * width..(coupling + 1) * width]
-}
-
-/// Offset `ℓ² x″/24` of the centre line from a node between two edges; ℓ is their mean length, ℓ x″ the
-/// change of their directions less that at rest.
-fn centre_line_offset(before: Vector, after: Vector, at_rest: Vector) -> Vector {
-    let direction = |edge: &Vector| edge.try_normalize(0.0).unwrap_or_default();
-    (direction(&after) - direction(&before) - at_rest) * ((before.norm() + after.norm()) / 48.0)
 }
 
 /// Total material twist of a branch with these frames, in turns.
@@ -221,12 +261,12 @@ fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
     let mean = mean_rotation(others(joint, usize::MAX, state));
     let [into, out] = [0, 1].map(|arm| {
         let (arm, shape) = (&joint.arms[arm], state.branch(problem.network, joint.branches[arm]));
-        // Both edges point away from the joint.
-        let (edge, sign) =
-            if arm.starts_here { (shape.edge(0), 1.0) } else { (shape.edge(shape.rest_lengths.len() - 1), -1.0) };
-        (edge * sign, columns(&(mean * arm.rest))[2] * sign)
+        // Both tangents point away from the joint.
+        let (segment, sign) = if arm.starts_here { (0, 1.0) } else { (shape.rest_lengths.len() - 1, -1.0) };
+        let tangent = shape.edge(segment) / shape.rest_lengths[segment];
+        (tangent - columns(&(mean * arm.rest))[2]) * sign
     });
-    centre_line_offset(-into.0, out.0, into.1 + out.1)
+    (into + out) * (mean_length(joint) / 24.0)
 }
 
 /// Normalised sum of quaternions with signs aligned to the first: the mean of nearby rotations.

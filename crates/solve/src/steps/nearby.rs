@@ -319,12 +319,24 @@ impl<'n> Kept<'n> {
             touching: None,
             checkpoint,
         };
-        kept.factorise()?;
         let mut problem = Problem::new(network, kept.checkpoint.conditions.clone());
         let mut state = kept.checkpoint.state.clone();
-        kept.settle(&mut problem, &mut state)?;
-        kept.checkpoint.state = state;
-        kept.checkpoint.conditions = problem.conditions().clone();
+        problem.find_contacts(&state);
+        let mut contacts = bearing(&problem);
+        loop {
+            kept.factorise()?;
+            let settled = kept.settle(&mut problem, &mut state);
+            kept.checkpoint.state.copy_from(&state);
+            kept.checkpoint.conditions = problem.conditions().clone();
+            // A contact that bore next to no force has opened, or one closed: the factor is that of others.
+            let now = bearing(&problem);
+            match settled {
+                Ok(_) => break,
+                Err(NotFound::Unbalanced(_)) if now.len() < contacts.len() => contacts = now,
+                Err(none) => return Err(none),
+            }
+            kept.problem = Problem::new(network, kept.checkpoint.conditions.clone());
+        }
         kept.touching = Some(pressed(&problem));
         kept.problem = problem;
         // With the multipliers that were found, at the state that was found.
@@ -463,6 +475,12 @@ fn pressed(problem: &Problem<'_>) -> BTreeSet<(u32, Partner)> {
     records.map(|record| (record.point, record.partner)).collect()
 }
 
+/// Contacts that a problem found with a force.
+fn bearing(problem: &Problem<'_>) -> BTreeSet<(u32, Partner)> {
+    let found = problem.contact().found().iter().filter(|contact| contact.force > 0.0);
+    found.map(|contact| (contact.point, contact.partner)).collect()
+}
+
 /// An equilibrium that was found.
 struct Settled<'m> {
     problem: Problem<'m>,
@@ -496,8 +514,7 @@ impl Settled<'_> {
         };
         let end = step_result::equilibrium(&mut problem, &state, &certifier.gradient, branches, &touching, minimiser);
         let requirements = if sheet { sheet_of(&mut problem, &state, &end, &moment, ends_step) } else { Vec::new() };
-        let pressed = problem.contact().found().iter().filter(|contact| contact.force > 0.0);
-        let touching = pressed.map(|contact| (contact.point, contact.partner)).collect();
+        let touching = bearing(&problem);
         Ok(Nearby { end: StepResult { name: moment.step, ..end }, requirements, distance, touching })
     }
 }

@@ -32,13 +32,14 @@ fn coupled_pairs(network: &Network, structure: &Structure) -> usize {
         let (x, q) = (branch.points.start, branch.frames.start);
         for (j, f) in mesh.segment_frames.iter().enumerate() {
             let mut clique = [point(x + j), point(x + j + 1), vec![frame(q + f)]].concat();
-            let beside = mesh.beside.iter().filter(|b| b.segment == j).flat_map(|b| b.stations).flatten();
+            let beside = mesh.beside.iter().filter(|b| b.segment == j).flat_map(|b| b.neighbours()).flatten();
             clique.extend(beside.map(|c| frame(q + c)));
             cliques.push(clique);
         }
         cliques.extend((1..mesh.frames()).map(|c| vec![frame(q + c - 1), frame(q + c)]));
+        cliques.extend(mesh.pairs.iter().map(|pair| vec![frame(q + pair.frame - 1), frame(q + pair.frame + 1)]));
     }
-    cliques.extend(network.joints.iter().map(|j| j.arm_frames.iter().map(|&c| frame(c)).collect()));
+    cliques.extend(network.joints.iter().map(|j| j.coupled_frames.iter().map(|&c| frame(c)).collect()));
     let mut pairs = BTreeSet::new();
     for clique in cliques {
         let places: BTreeSet<u32> = clique.into_iter().filter_map(|v| structure.position(v)).collect();
@@ -47,21 +48,28 @@ fn coupled_pairs(network: &Network, structure: &Structure) -> usize {
     pairs.len()
 }
 
+/// Pairs of couplings of a network.
+fn pairs(network: &Network) -> usize {
+    network.branches.iter().map(|branch| branch.rod.mesh().pairs.len()).sum()
+}
+
+/// A pair couples a frame with the second next one, past a node: the node then becomes a neighbour of one more frame.
 #[test]
-fn a_cable_is_factorised_without_fill() {
+fn a_cable_is_factorised_with_one_block_of_fill_a_pair() {
     let sample = cable(&registry(), 50);
     let structure = Structure::new(&sample.network, &[]);
-    assert_eq!(structure.pattern.rows.len(), coupled_pairs(&sample.network, &structure));
+    let fill = structure.pattern.rows.len() - coupled_pairs(&sample.network, &structure);
+    assert!(fill <= pairs(&sample.network), "{fill} blocks of fill");
 }
 
 #[test]
-fn a_tree_is_factorised_without_fill() {
+fn a_tree_is_factorised_with_one_block_of_fill_a_pair() {
     for kind in registry().joints() {
         for segments in [20, 40] {
             let sample = y_harness(&registry(), &kind.name, segments);
             let structure = Structure::new(&sample.network, &[]);
             let fill = structure.pattern.rows.len() - coupled_pairs(&sample.network, &structure);
-            assert_eq!(fill, 0, "{}", kind.name);
+            assert!(fill <= pairs(&sample.network), "{}: {fill} blocks of fill", kind.name);
         }
     }
 }

@@ -130,6 +130,8 @@ struct Case {
 /// Meshes with stations at ends and inside, of uneven segments, down to a single one.
 fn meshes() -> Vec<(&'static str, Mesh)> {
     let five = vec![0.1, 0.13, 0.07, 0.11, 0.09];
+    let mut long = vec![0.1; 13];
+    long[4..7].copy_from_slice(&[0.12, 0.09, 0.11]);
     vec![
         ("stations at both ends", Mesh::new(five.clone(), vec![0, 5])),
         ("no station", Mesh::new(five.clone(), vec![])),
@@ -142,6 +144,8 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
         ("one segment, two stations", Mesh::new(vec![0.1], vec![0, 1])),
         ("one segment, one station", Mesh::new(vec![0.1], vec![1])),
         ("one segment, no station", Mesh::new(vec![0.1], vec![])),
+        ("fine spans of alike and of uneven segments", Mesh::new(long, vec![0, 6, 13])),
+        ("a fine span without stations", Mesh::new(vec![0.1; 7], vec![])),
     ]
 }
 
@@ -291,7 +295,7 @@ fn add(dense: &mut DMatrix<f64>, row: usize, column: usize, block: &Matrix) {
 /// The second derivatives of a branch in the order of [`gradient`]; rooms are handed over full of NaN.
 fn hessian(rod: &dyn RodSegment, shape: &Shape, forces: Option<&[Vector]>) -> DMatrix<f64> {
     let mesh = rod.mesh();
-    let mut parts = BranchHessian::new(mesh);
+    let mut parts = BranchHessian::new(rod);
     let nan = Matrix::repeat(f64::NAN);
     for h in &mut parts.segments {
         (h.ee, h.te, h.tt) = (nan, nan, nan);
@@ -299,6 +303,7 @@ fn hessian(rod: &dyn RodSegment, shape: &Shape, forces: Option<&[Vector]>) -> DM
     for h in &mut parts.couplings {
         (h.aa, h.ab, h.bb) = (nan, nan, nan);
     }
+    parts.pairs.fill(nan);
     rod.hessian(&shape.view(), forces, &mut parts);
     let mut dense = DMatrix::zeros(shape.size(), shape.size());
     let frame = |c: usize| mesh.nodes() + c;
@@ -319,17 +324,20 @@ fn hessian(rod: &dyn RodSegment, shape: &Shape, forces: Option<&[Vector]>) -> DM
     }
     for (beside, h) in mesh.beside.iter().zip(&parts.beside) {
         let j = beside.segment;
-        for (k, station) in beside.stations.iter().enumerate() {
-            if let Some(c) = station {
+        for (k, frame_beside) in beside.neighbours().iter().enumerate() {
+            if let Some(c) = frame_beside {
                 add(&mut dense, frame(*c), j + 1, &h.se[k]);
                 add(&mut dense, frame(*c), j, &-h.se[k]);
                 add(&mut dense, frame(*c), frame(mesh.segment_frames[j]), &h.st[k]);
                 add(&mut dense, frame(*c), frame(*c), &h.ss[k]);
             }
         }
-        if let [Some(first), Some(second)] = beside.stations {
+        if let [Some(first), Some(second)] = beside.neighbours() {
             add(&mut dense, frame(second), frame(first), &h.s1s0);
         }
+    }
+    for (pair, h) in mesh.pairs.iter().zip(&parts.pairs) {
+        add(&mut dense, frame(pair.frame - 1), frame(pair.frame + 1), h);
     }
     dense
 }
@@ -391,7 +399,7 @@ pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
 pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(12);
     for Case { name, rod, shape, .. } in cases(factory) {
-        let mut parts = BranchHessian::new(rod.mesh());
+        let mut parts = BranchHessian::new(rod.as_ref());
         rod.hessian(&shape.view(), None, &mut parts);
         let mut elsewhere = shape.clone();
         elsewhere.points.iter_mut().for_each(|x| *x += Vector::from_fn(|_, _| 0.01 * uniform(&mut rng)));
@@ -412,9 +420,9 @@ pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
         let (rod, mesh) = (rod.as_ref(), &spec.mesh);
         let (n, m) = (mesh.segments(), mesh.coupling_lengths.len());
         let terms = |shape: &Shape| {
-            let (mut segments, mut couplings) = (vec![[f64::NAN; 2]; n], vec![[f64::NAN; 2]; m]);
+            let (mut segments, mut couplings) = (vec![[f64::NAN; 2]; n], vec![[f64::NAN; 3]; m]);
             rod.length_terms(&shape.view(), &mut segments, &mut couplings);
-            segments.into_iter().chain(couplings).collect::<Vec<_>>()
+            segments.into_iter().map(|[first, second]| [first, second, 0.0]).chain(couplings).collect::<Vec<_>>()
         };
         let stretched = |k: usize, h: f64| {
             let mut to = shape.clone();
@@ -422,9 +430,13 @@ pub fn length_terms_are_derivatives_in_the_lengths(factory: &Factory<'_>) {
             to
         };
         let energy = |shape: &Shape| rod.energy(&shape.view()).total();
-        for (k, [first, second]) in terms(&shape).into_iter().enumerate() {
+        for (k, [first, second, mixed]) in terms(&shape).into_iter().enumerate() {
             let h = STEP * 0.05;
             let want = [derivative(h, |h| energy(&stretched(k, h))), derivative(h, |h| terms(&stretched(k, h))[k][0])];
+            if k + 1 < n + m {
+                let want = derivative(h, |h| terms(&stretched(k, h))[k + 1][0]);
+                assert_near(&format!("{name}, mixed of {k}"), mixed, want, DIFFERENCES * (1.0 + want.abs()));
+            }
             assert_near(&format!("{name}, ∂E of length {k}"), first, want[0], DIFFERENCES * (1.0 + want[0].abs()));
             assert_near(&format!("{name}, ∂²E of length {k}"), second, want[1], DIFFERENCES * (1.0 + want[1].abs()));
         }
@@ -571,7 +583,7 @@ pub fn rest_shape_has_no_energy_and_no_gradient(factory: &Factory<'_>) {
             // The energy is convex in an edge: Newton.
             for _ in 0..4 {
                 let forces = forces(rod.as_ref(), &shape);
-                let mut parts = BranchHessian::new(&mesh);
+                let mut parts = BranchHessian::new(rod.as_ref());
                 rod.hessian(&shape.view(), None, &mut parts);
                 let mut shift = Vector::zeros();
                 for (j, (force, h)) in forces.iter().zip(&parts.segments).enumerate() {

@@ -21,6 +21,20 @@ pub(crate) fn skew(a: &Vector) -> Matrix {
     Matrix::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
+/// By the cross products of its columns.
+pub(crate) fn inverse33(m: &Matrix) -> Matrix {
+    let [a, b, c] = [0, 1, 2].map(|i| -> Vector { m.column(i).into() });
+    let bc = b.cross(&c);
+    let rows = Matrix::from_columns(&[bc, c.cross(&a), a.cross(&b)]);
+    rows.transpose() * (1.0 / a.dot(&bc))
+}
+
+/// sym(a bᵀ) − (a·b) I
+pub(crate) fn symmetric_outer(a: &Vector, b: &Vector) -> Matrix {
+    let twice = outer(a, b);
+    (twice + twice.transpose()) * 0.5 - identity(a.dot(b))
+}
+
 /// R(q), the quadratic form.
 pub(crate) fn rotation_matrix(q: &Rotation) -> Matrix {
     let (x2, y2, z2) = (q.i + q.i, q.j + q.j, q.k + q.k);

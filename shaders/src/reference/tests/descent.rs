@@ -152,7 +152,7 @@ fn the_gradient_method_finds_what_newton_finds() {
         let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-6, "harness {h}: {off} m apart");
     }
-    assert_eq!(work, [[22, 3, 67], [44, 25, 102], [21, 3, 64], [19, 17, 48]]);
+    assert_eq!(work, [[22, 3, 69], [41, 22, 100], [22, 3, 68], [26, 17, 68]]);
 }
 
 #[test]
@@ -212,5 +212,5 @@ fn numbers_of_single_precision_come_near_to_balance() {
         assert!(control.residual < 2e-5 && control.outcome != Outcome::Failed as u32, "harness {h}: {control:?}");
         work.push(control.iterations);
     }
-    assert_eq!(work, [5, 14, 9, 10]);
+    assert_eq!(work, [5, 14, 8, 10]);
 }

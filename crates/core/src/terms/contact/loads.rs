@@ -72,11 +72,10 @@ impl ContactTerm {
         all
     }
 
-    /// Whether each point belongs to a segment that touches something at the last evaluated state, or may do so after a
-    /// step.
+    /// Whether each point belongs to a segment that touches something, with a force, at the last evaluated state.
     pub fn touching_points(&self, system: System<'_>) -> Vec<bool> {
         let mut touching = vec![false; system.network.points];
-        for contact in self.found.iter().chain(&self.approaching) {
+        for contact in &self.found {
             let others = contact.other.iter().flat_map(|other| [other.first, other.first + 1]);
             let own = self.support(system, contact.point).map(|(point, _)| point);
             own.into_iter().chain(others).for_each(|point| touching[point] = true);
