@@ -67,9 +67,10 @@ fn precision(gpu: &Gpu) -> &'static str {
     if gpu.info.double { "f64" } else { "f32" }
 }
 
-/// The harness, one plug of which is moved in four increments, with the minimiser `gpu` and these options.
+/// The harness, one plug of which is moved in four increments, with these options of the minimiser. Its rods are of
+/// first order: those of fourth order are never left to a device alone.
 fn moved(options: &str) -> String {
-    let harness = harness();
+    let harness = harness().replace("segments = ", "rod = \"mass-spring\"\nsegments = ");
     format!(
         "{harness}
 [output]

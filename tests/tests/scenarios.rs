@@ -463,9 +463,9 @@ fn fourth_order(errors: &[f64]) -> Result<(), Failed> {
     }
 }
 
-/// Largest distance of the three coarse curves from the limit `(16 f(h/2) − f(h))/15` of the two fine ones (Richardson).
-/// The largest over the curve, not that of one point: at the middle of a cable and at a free tip the parts of the error
-/// that come from the ends and from between them nearly cancel on coarse meshes.
+/// Largest distance of the three coarse curves from the limit `(16 f(h/2) − f(h))/15` of the two fine ones
+/// (Richardson). The largest over the curve, not that of one point: at the middle of a cable and at a free tip the
+/// parts of the error that come from the ends and from between them nearly cancel on coarse meshes.
 fn errors(curves: &[Vec<Vector>]) -> Vec<f64> {
     let [.., before, finest] = curves else { unreachable!("several meshes") };
     let distance = |curve: &Vec<Vector>| {

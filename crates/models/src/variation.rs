@@ -31,6 +31,8 @@ use wireloom_core::{Matrix, Vector};
 pub struct Variation {
     /// λ_a, λ_b, m.
     lengths: [f64; 2],
+    /// 1/λ_a, 1/λ_b, 1/m.
+    inverses: [f64; 2],
     /// p_a, p_b.
     shares: [f64; 2],
     /// f.
@@ -77,6 +79,7 @@ impl Variation {
         let cubes = shares[0] * squares[0] * lengths[0] + shares[1] * squares[1] * lengths[1];
         Self {
             lengths,
+            inverses: lengths.map(|length| 1.0 / length),
             shares,
             factor,
             c: *c,
@@ -128,8 +131,8 @@ impl Variation {
         let by_rate = self.c.component_mul(&self.change()) * (2.0 * self.weight);
         let by_mean = |k: usize| self.c.component_mul(&(self.means[k] - self.strains[k])) * self.shares[k];
         [
-            by_mean(0) - (kb.cross(&m) + by_rate) / self.lengths[0],
-            by_mean(1) - (m.cross(ka) - by_rate) / self.lengths[1],
+            by_mean(0) - (kb.cross(&m) + by_rate) * self.inverses[0],
+            by_mean(1) - (m.cross(ka) - by_rate) * self.inverses[1],
         ]
     }
 

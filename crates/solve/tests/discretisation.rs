@@ -206,7 +206,7 @@ fn clips_and_rings_are_covered() {
         )
     };
     covers(&clamped("cosserat", &collar(false)), 40, 12.0);
-    covers(&clamped("cosserat", &collar(true)), 40, 10.0);
+    covers(&clamped("cosserat", &collar(true)), 40, 12.0);
 }
 
 /// Three arms at a joint of this model, each clamped at its end.

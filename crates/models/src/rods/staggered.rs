@@ -102,33 +102,34 @@ impl StaggeredRod {
     /// (bend, twist) energy, J.
     #[inline(always)]
     fn each_coupling(&self, shape: &BranchShape<'_>, mut act: impl FnMut(usize, &BendTwist)) -> (f64, f64) {
-        let (mut bend, mut twist) = (0.0, 0.0);
+        let lengths = shape.coupling_lengths;
+        if lengths.is_empty() {
+            return (0.0, 0.0);
+        }
         let mut pairs = self.pairs().iter().peekable();
-        // The coupling before, and its moment so far.
-        let mut last: Option<(BendTwist, Vector)> = None;
-        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
+        let mut before = self.coupling(shape, 0);
+        let (mut bend, mut twist) = before.energy(lengths[0]);
+        // Moment of the coupling before so far.
+        let mut moment_before = before.moment;
+        for (c, &lambda) in lengths.iter().enumerate().skip(1) {
             let law = self.coupling(shape, c);
             let (own_bend, own_twist) = law.energy(lambda);
             bend += own_bend;
             twist += own_twist;
             let mut moment = law.moment;
-            if let Some((before, mut moment_before)) = last {
-                if let Some(pair) = pairs.next_if(|pair| pair.frame == c) {
-                    let variation = self.variation(shape, pair, [&before, &law]);
-                    let (of_bend, of_twist) = variation.energy();
-                    bend += of_bend;
-                    twist += of_twist;
-                    let [first, second] = variation.moments();
-                    moment_before += first;
-                    moment += second;
-                }
-                act(c - 1, &before.with_moment(moment_before));
+            if let Some(pair) = pairs.next_if(|pair| pair.frame == c) {
+                let variation = self.variation(shape, pair, [&before, &law]);
+                let (of_bend, of_twist) = variation.energy();
+                bend += of_bend;
+                twist += of_twist;
+                let [first, second] = variation.moments();
+                moment_before += first;
+                moment += second;
             }
-            last = Some((law, moment));
+            act(c - 1, &before.with_moment(moment_before));
+            (before, moment_before) = (law, moment);
         }
-        if let Some((law, moment)) = last {
-            act(shape.coupling_lengths.len() - 1, &law.with_moment(moment));
-        }
+        act(lengths.len() - 1, &before.with_moment(moment_before));
         (bend, twist)
     }
 
@@ -165,48 +166,54 @@ struct OpenCoupling {
     moment: Vector,
     /// Derivative of the moment in the curvature so far, N m².
     tangent: Matrix,
-    /// Second derivatives that pairs have in its frames, N m.
-    of_pairs: [Matrix; 2],
+}
+
+impl OpenCoupling {
+    #[inline(always)]
+    fn new(law: BendTwist, stiffness: &Vector) -> Self {
+        Self { law, moment: law.moment, tangent: Matrix::from_diagonal(stiffness) }
+    }
+
+    /// Adds the second derivatives of a coupling of this length (m).
+    #[inline(always)]
+    fn close(&self, lambda: f64, hessian: &mut CouplingHessian) {
+        let CouplingHessian { aa, ab, bb } = self.law.with_moment(self.moment).hessian_with(lambda, &self.tangent);
+        hessian.aa += aa;
+        hessian.ab += ab;
+        hessian.bb += bb;
+    }
 }
 
 impl StaggeredRod {
     /// Second derivatives of bending and twist with the variation. With `J_a` and `J_b` those of κ in the frames of a
     /// coupling, a pair has `J_aᵀ (∂²E/∂κ∂κ′) J′_b` across its couplings.
     fn bending_hessian(&self, shape: &BranchShape<'_>, hessian: &mut BranchHessian) {
-        let close = |c: usize, open: OpenCoupling, couplings: &mut [CouplingHessian]| {
-            let mut own = open.law.with_moment(open.moment).hessian_with(shape.coupling_lengths[c], &open.tangent);
-            own.aa += open.of_pairs[0];
-            own.ab += open.of_pairs[1];
-            couplings[c] = own;
-        };
+        let (lengths, stiffness) = (shape.coupling_lengths, &self.stiffness.couplings);
+        let all = &mut hessian.couplings;
+        all.fill(CouplingHessian::default());
         let mut pairs = self.mesh.pairs.iter().zip(&mut hessian.pairs).peekable();
-        let mut last: Option<OpenCoupling> = None;
-        for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
-            let law = self.coupling(shape, c);
-            let tangent = Matrix::from_diagonal(&self.stiffness.couplings[c]);
-            let mut open = OpenCoupling { law, moment: law.moment, tangent, of_pairs: [Matrix::zeros(); 2] };
-            if let Some(mut before) = last {
-                if let Some((pair, across)) = pairs.next_if(|(pair, _)| pair.frame == c) {
-                    let lambda_before = shape.coupling_lengths[c - 1];
-                    let variation = self.variation(shape, pair, [&before.law, &law]);
-                    let [first, second] = variation.moments();
-                    let [aa, ab, bb] = variation.hessian();
-                    before.moment += first;
-                    before.tangent += aa / lambda_before;
-                    open.moment += second;
-                    open.tangent += bb / lambda;
-                    let [outer, inner] = before.law.hessian_across(&law, [lambda_before, lambda], &ab);
-                    before.of_pairs[1] += outer[0];
-                    *across = outer[1];
-                    open.of_pairs = [inner[0] + inner[0].transpose(), inner[1]];
-                }
-                close(c - 1, before, &mut hessian.couplings);
+        let mut before = OpenCoupling::new(self.coupling(shape, 0), &stiffness[0]);
+        for c in 1..lengths.len() {
+            let mut own = OpenCoupling::new(self.coupling(shape, c), &stiffness[c]);
+            if let Some((pair, across)) = pairs.next_if(|(pair, _)| pair.frame == c) {
+                let variation = self.variation(shape, pair, [&before.law, &own.law]);
+                let [first, second] = variation.moments();
+                let [aa, ab, bb] = variation.hessian();
+                before.moment += first;
+                before.tangent += aa * (1.0 / lengths[c - 1]);
+                own.moment += second;
+                own.tangent += bb * (1.0 / lengths[c]);
+                let [outer, inner] = before.law.hessian_across(&own.law, [lengths[c - 1], lengths[c]], &ab);
+                all[c - 1].ab += outer[0];
+                *across = outer[1];
+                all[c].aa = inner[0] + inner[0].transpose();
+                all[c].ab = inner[1];
             }
-            last = Some(open);
+            before.close(lengths[c - 1], &mut all[c - 1]);
+            before = own;
         }
-        if let Some(open) = last {
-            close(shape.coupling_lengths.len() - 1, open, &mut hessian.couplings);
-        }
+        let last = lengths.len() - 1;
+        before.close(lengths[last], &mut all[last]);
     }
 }
 

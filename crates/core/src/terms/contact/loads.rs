@@ -5,6 +5,10 @@ use crate::Vector;
 use crate::conditions::{Partner, System};
 use std::collections::BTreeMap;
 
+/// Gap, in radii, up to which the nodes of a segment are reported where contact takes them to be: more than results
+/// refine nodes by elsewhere, so that no gap becomes an overlap.
+const NEARLY: f64 = 0.1;
+
 /// What a branch touches, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Against {
@@ -72,10 +76,12 @@ impl ContactTerm {
         all
     }
 
-    /// Whether each point belongs to a segment that touches something, with a force, at the last evaluated state.
+    /// Whether each point belongs to a segment that touches something at the last evaluated state, or nearly does
+    /// ([`NEARLY`]).
     pub fn touching_points(&self, system: System<'_>) -> Vec<bool> {
         let mut touching = vec![false; system.network.points];
-        for contact in &self.found {
+        let nearly = self.approaching.iter().filter(|contact| contact.gap <= NEARLY * contact.radius);
+        for contact in self.found.iter().chain(nearly) {
             let others = contact.other.iter().flat_map(|other| [other.first, other.first + 1]);
             let own = self.support(system, contact.point).map(|(point, _)| point);
             own.into_iter().chain(others).for_each(|point| touching[point] = true);
