@@ -77,7 +77,7 @@ impl ContactTerm {
     }
 
     /// Whether each point belongs to a segment that touches something at the last evaluated state, or nearly does
-    /// ([`NEARLY`]).
+    /// (a tenth of a radius).
     pub fn touching_points(&self, system: System<'_>) -> Vec<bool> {
         let mut touching = vec![false; system.network.points];
         let nearly = self.approaching.iter().filter(|contact| contact.gap <= NEARLY * contact.radius);
