@@ -32,7 +32,10 @@
 //! step shorter. The loss is that of Huber: points farther than three times the noise pull with a constant force. The
 //! noise of one coordinate is estimated from the residuals, unless it is given. Numbers that are positive (stiffness,
 //! length, mass) are fitted by their logarithm. Before the first step, stiffness is also tried at a third, a tenth,
-//! three times and ten times its start.
+//! three times and ten times its start. Where there are several unknown stiffnesses or curvatures, 16 more starts give
+//! each a value of its own (a stiffness within a factor of ten, a curvature within two radians over the longest branch,
+//! both within two deviations of their priors), and minima are searched for from the best three: with wrong ratios of
+//! stiffnesses a search may end at a minimum that is not the least one.
 //!
 //! Where a harness has several equilibria, the points tell which one was measured: branches without a `path` are also
 //! tried with one through the points of the first measured step. If that comes nearer to the points, it is part of the
@@ -61,6 +64,8 @@
 //! - It ended at a bound: without others, 10⁴ times or 10⁻⁴ of its start.
 //! - Two deviations away from the fit, with the other unknowns following, the misfit grows by less than a quarter of
 //!   what a normal distribution has there: to that side it is open.
+//! - Another fit is as good, more than two deviations away: another minimum, or one where an unknown that is not
+//!   identifiable is held one deviation (at most a factor of ten) away and the others are fitted again.
 //! - There are not more coordinates than unknowns, and the noise is not given.
 //!
 //! Deviations are those of the linearised problem, with Student's distribution for the interval. Where the residuals of

@@ -80,6 +80,7 @@ pub mod export;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod halton;
 pub mod harness;
 pub mod identify;
 #[cfg(feature = "kbl")]

@@ -42,6 +42,7 @@ mod parts;
 mod subproblem;
 mod text;
 
+use crate::halton::halton;
 use crate::sensitivity::Source;
 use evaluation::{Evaluation, INSIDE, Line, NoRun, counted};
 use nalgebra::{DMatrix, DVector};
@@ -735,17 +736,4 @@ fn toml_value(text: &str) -> serde_json::Value {
         Ok(value) if !quoted => value,
         _ => serde_json::Value::String(plain.to_owned()),
     }
-}
-
-/// Coordinate of a point of Halton's sequence: the digits of its number to a prime base, reflected at the point.
-fn halton(number: usize, coordinate: usize) -> f64 {
-    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
-    let base = PRIMES[coordinate % PRIMES.len()];
-    let (mut rest, mut place, mut value) = (number, 1.0, 0.0);
-    while rest > 0 {
-        place /= base as f64;
-        value += place * (rest % base) as f64;
-        rest /= base;
-    }
-    value
 }

@@ -18,7 +18,9 @@ use wireloom::sensitivity::Source;
 
 /// Identifies numbers of a scenario, prints them, and writes the files of the answer.
 pub fn identify(arguments: &IdentifyArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let IdentifyArguments { file, shapes, bending, fit, noise, json, out: path, allowed, .. } = arguments;
+    let IdentifyArguments { file, shapes, bending, noise, json, out: path, allowed, .. } = arguments;
+    // After a comma there may be a space.
+    let fit: Vec<String> = arguments.fit.iter().map(|key| key.trim().to_owned()).collect();
     let loaded = load::scenario(file, &[], &Trust::to_run(allowed))?;
     let text = loaded.texts[0].1.as_str();
     let values = Values { text, registry: &loaded.registry };
@@ -32,7 +34,7 @@ pub fn identify(arguments: &IdentifyArguments, out: &mut dyn Write) -> Result<Ou
     let files = Beside::of(file);
     interrupt::listen();
     let source = Source { monitor: interrupt::monitor().clone(), ..Source::new(text, &files, &loaded.registry) };
-    let wishes = Wishes { fit, priors: &priors, bounds: &bounds, smooth: &smooth };
+    let wishes = Wishes { fit: &fit, priors: &priors, bounds: &bounds, smooth: &smooth };
     let (points, curves): (&[&str], &[&str]) = if bending.is_empty() { (&all, &[]) } else { (&[], &all) };
     let request = Request { tables: points, bending: curves, wishes, noise: *noise };
     let found = match identify::identify(source, &request) {

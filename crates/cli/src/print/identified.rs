@@ -6,6 +6,9 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use wireloom::identify::{Estimate, Identified};
 
+/// Noise of the residuals, relative to the one that was given, from which on the scenario does not explain the points.
+const FAR_OFF: f64 = 2.0;
+
 /// Prints the answer.
 pub fn print(found: &Identified, measured: &[PathBuf], out: &mut dyn Write) -> io::Result<()> {
     let points: usize = found.configurations.iter().map(|own| own.points.len()).sum();
@@ -100,6 +103,14 @@ pub fn remarks(found: &Identified) -> Vec<String> {
             true => format!("standard deviation of a measured coordinate: {}", with_unit(1e3 * noise, "mm")),
             false => format!("standard deviation of a measured load: {}", with_unit(noise, "N")),
         });
+    }
+    if let (Some(noise), Some(given)) = (found.noise, found.given_noise)
+        && noise > FAR_OFF * given
+    {
+        lines.push(format!(
+            "that is {:.1} times the noise that was given: the scenario misses something, or another fit is better",
+            noise / given
+        ));
     }
     if found.widened > 1.0 {
         let rho = found.neighbour_correlation.unwrap_or(0.0);

@@ -103,6 +103,8 @@ pub struct Identified {
     pub coordinates: usize,
     /// Standard deviation of one coordinate, m, or force, N: of the residuals, or the given one if that is larger.
     pub noise: Option<f64>,
+    /// Noise that was given, m or N.
+    pub given_noise: Option<f64>,
     /// Correlation of the residuals of points beside each other, or of samples of a curve.
     pub neighbour_correlation: Option<f64>,
     /// Factor on deviations because of it.

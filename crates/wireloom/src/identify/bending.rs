@@ -178,6 +178,12 @@ impl Rig<'_> {
 }
 
 impl Model for Rig<'_> {
+    type Reference = ();
+
+    fn reference(&self) {}
+
+    fn set_reference(&mut self, (): ()) {}
+
     fn compute(
         &mut self,
         theta: &DVector<f64>,
@@ -252,7 +258,9 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
         missing: 0,
         failure: String::new(),
     };
-    let minimum = least_squares::minimise(&fit.problem, &fit.start(), &mut rig).map_err(|Stopped| NoFit::Stopped)?;
+    let minimum = least_squares::starts(&fit.problem, &fit.start(), &mut rig)
+        .and_then(|starts| least_squares::minimise(&fit.problem, &starts, &mut rig))
+        .map_err(|Stopped| NoFit::Stopped)?;
     let Some(mut at) = minimum else { return Err(NoFit::NoStart { reason: rig.failure, solves: rig.solves }) };
     let (statistics, parameters) = fit.estimates(&mut at, &mut rig);
     // A monitor that has stopped the fit would stop this one, too; what was computed is not lost.
@@ -279,6 +287,7 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
     let settled = !computed.is_empty();
     Ok(Identified {
         curves,
+        given_noise: request.noise,
         solves: rig.solves,
         failed_solves: rig.failed,
         derivatives: rig.derivatives,

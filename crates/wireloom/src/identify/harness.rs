@@ -6,6 +6,7 @@ use super::unknowns::{Unknown, with_values};
 use crate::sensitivity::{NoAnswer, Source, Study};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
+use std::rc::Rc;
 use wireloom_core::{StepResult, Vector};
 use wireloom_scenario::{Fault, Scenario};
 use wireloom_solve::steps::checkpoint::Checkpoint;
@@ -43,7 +44,7 @@ pub struct Harness<'a> {
     pub work: Work,
     /// Text and initial equilibrium of the last values from which the fit goes on. Other values are tried from near
     /// there: where a harness has several equilibria, a search from the layout may end in any of them.
-    pub reference: Option<(String, Checkpoint)>,
+    pub reference: Option<Rc<(String, Checkpoint)>>,
     /// Why the last scenario came to no equilibrium.
     pub failure: Option<String>,
 }
@@ -73,7 +74,7 @@ impl Harness<'_> {
         // The lifetimes of files and registry are longer than that of the text.
         let source = Source { text: text.into(), files, registry, monitor };
         let begun = Study::on_mesh_of(source.clone(), self.mesh).map(|mut study| {
-            if let Some((text, start)) = &self.reference {
+            if let Some((text, start)) = self.reference.as_deref() {
                 let other = Study::on_mesh_of(Source { text: text.into(), ..source }, self.mesh);
                 other.iter().for_each(|other| study.start_near(other.network(), start));
             }
@@ -223,6 +224,16 @@ impl Harness<'_> {
 }
 
 impl Model for Harness<'_> {
+    type Reference = Option<Rc<(String, Checkpoint)>>;
+
+    fn reference(&self) -> Self::Reference {
+        self.reference.clone()
+    }
+
+    fn set_reference(&mut self, reference: Self::Reference) {
+        self.reference = reference;
+    }
+
     fn compute(
         &mut self,
         theta: &DVector<f64>,
@@ -235,7 +246,7 @@ impl Model for Harness<'_> {
             return Ok(None);
         }
         let jacobian = if wanted(&residuals) {
-            self.reference = Some((text.clone(), study.ends()[0].checkpoint.clone()));
+            self.reference = Some(Rc::new((text.clone(), study.ends()[0].checkpoint.clone())));
             Some(self.jacobian(&mut study, theta, &residuals)?)
         } else {
             None

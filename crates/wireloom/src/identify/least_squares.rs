@@ -38,6 +38,10 @@ const RESOLVED: f64 = 5e-2;
 const SMALLEST: f64 = 1e-7;
 /// Change of the scale of the noise, relative to it, that is none.
 const SAME_SCALE: f64 = 1e-3;
+/// Distance from a minimum, squared, in deviations there, within which a search comes to the same one.
+const SAME_MINIMUM: f64 = 1.0;
+/// Difference of F up to which two minima are as good as each other: χ² with one degree of freedom, 98.5 %.
+const RIVALS: f64 = 6.0;
 
 /// A linear prior `(Σ aᵢ θᵢ − v)/σ`.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,8 +157,10 @@ pub struct Problem {
     pub bounds: Vec<[f64; 2]>,
     /// Largest step of an unknown.
     pub largest_step: f64,
-    /// Other starts, which are tried before the first step: unknowns and what is added to them.
+    /// Other starts, which are tried before the first step: what is added to the unknowns.
     pub starts: Vec<DVector<f64>>,
+    /// Number of starts, the best ones, from which a minimum is searched for.
+    pub searches: usize,
 }
 
 impl Problem {
@@ -174,6 +180,16 @@ pub type Computed = Option<(DVector<f64>, Option<DMatrix<f64>>)>;
 
 /// Residuals as a function of the unknowns.
 pub trait Model {
+    /// What the next results are near to, where there are several at the same unknowns: the last one of which
+    /// derivatives were wanted.
+    type Reference: Clone;
+
+    /// The present reference.
+    fn reference(&self) -> Self::Reference;
+
+    /// Goes back to a reference.
+    fn set_reference(&mut self, reference: Self::Reference);
+
     /// Residuals; `None` where they cannot be computed. Their derivatives if `wanted` says so of the residuals.
     ///
     /// # Errors
@@ -213,14 +229,105 @@ pub struct Minimum {
     pub scale: f64,
     /// Number of iterations.
     pub iterations: usize,
+    /// Unknowns at other minima that are as good.
+    pub rivals: Vec<DVector<f64>>,
 }
 
-/// Minimises F from a start. `None`: nothing could be computed at any start.
+impl Minimum {
+    /// Whether another minimum is as good.
+    pub fn is_rival(&self, problem: &Problem, other: &Minimum) -> bool {
+        let cost = |own: &Minimum| problem.cost(&own.theta, &own.residuals, self.scale);
+        cost(other) <= cost(self) + RIVALS
+    }
+
+    /// Whether unknowns are so near to it that a search from there comes to it.
+    fn is_near(&self, problem: &Problem, theta: &DVector<f64>) -> bool {
+        let (mut normal, _) = problem.points.normal(&self.jacobian, &self.residuals, self.scale);
+        problem.priors.iter().for_each(|prior| prior.add_to(&mut normal));
+        let away = theta - &self.theta;
+        away.dot(&(&normal * &away)) <= SAME_MINIMUM
+    }
+}
+
+/// A start at which the residuals can be computed.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Unknowns.
+    theta: DVector<f64>,
+    /// F there, with the scale of the noise at the first start.
+    cost: f64,
+    /// Sum of the distances of all points, m.
+    pub distance: f64,
+}
+
+/// The given start and the other ones of the problem, as far as they can be computed; the best one, of which F is
+/// least, comes first.
+///
+/// # Errors
+/// If it was stopped.
+pub fn starts(problem: &Problem, start: &DVector<f64>, model: &mut impl Model) -> Result<Vec<Start>, Stopped> {
+    let points = &problem.points;
+    let mut all: Vec<Start> = Vec::new();
+    let mut scale = None;
+    let others = problem.starts.iter().map(|more| clamped(problem, &(start + more)));
+    for theta in std::iter::once(start.clone()).chain(others) {
+        let Some((residuals, _)) = model.compute(&theta, &mut |_| false)? else { continue };
+        let scale = *scale.get_or_insert_with(|| points.scale(&residuals, start.len()));
+        let distance = (0..points.ranges.len()).map(|k| points.distance(k, &residuals)).sum();
+        all.push(Start { cost: problem.cost(&theta, &residuals, scale), distance, theta });
+    }
+    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    Ok(all)
+}
+
+/// The least minimum of F that is found from the best starts. `None`: nothing can be computed there. The model is left
+/// at the reference of the minimum.
 ///
 /// # Errors
 /// If it was stopped before there was a first result.
-pub fn minimise(problem: &Problem, start: &DVector<f64>, model: &mut dyn Model) -> Result<Option<Minimum>, Stopped> {
-    let Some(mut here) = best_start(problem, start, model)? else { return Ok(None) };
+pub fn minimise<M: Model>(problem: &Problem, starts: &[Start], model: &mut M) -> Result<Option<Minimum>, Stopped> {
+    let first = model.reference();
+    let mut found: Vec<(Minimum, M::Reference)> = Vec::new();
+    let mut stopped = false;
+    for start in starts.iter().take(problem.searches) {
+        model.set_reference(first.clone());
+        match search(problem, start, model, &found) {
+            Ok(None) => {}
+            Ok(Some(minimum)) => found.push((minimum, model.reference())),
+            Err(Stopped) if found.is_empty() => return Err(Stopped),
+            Err(Stopped) => stopped = true,
+        }
+        stopped |= found.last().is_some_and(|(minimum, _)| minimum.ending == Ending::Stopped);
+        if stopped {
+            break;
+        }
+    }
+    // All with one scale of the noise.
+    let scale = found.iter().map(|(own, _)| own.scale).fold(f64::INFINITY, f64::min);
+    let cost = |own: &Minimum| problem.cost(&own.theta, &own.residuals, scale);
+    found.sort_by(|(a, _), (b, _)| cost(a).total_cmp(&cost(b)));
+    let mut ranked = found.into_iter();
+    let Some((mut best, reference)) = ranked.next() else { return Ok(None) };
+    best.rivals = ranked.filter(|(own, _)| best.is_rival(problem, own)).map(|(own, _)| own.theta).collect();
+    if stopped {
+        best.ending = Ending::Stopped;
+    }
+    model.set_reference(reference);
+    Ok(Some(best))
+}
+
+/// Searches for a minimum from a start. `None`: nothing can be computed there, or it comes to one that was found.
+fn search<M: Model>(
+    problem: &Problem,
+    start: &Start,
+    model: &mut M,
+    found: &[(Minimum, M::Reference)],
+) -> Result<Option<Minimum>, Stopped> {
+    let theta = start.theta.clone();
+    let Some((residuals, Some(jacobian))) = model.compute(&theta, &mut |_| true)? else { return Ok(None) };
+    let scale = problem.points.scale(&residuals, theta.len());
+    let (ending, rivals) = (Ending::Iterations, Vec::new());
+    let mut here = Minimum { ending, theta, residuals, jacobian, scale, iterations: 0, rivals };
     let mut damping = FIRST_DAMPING;
     loop {
         here.iterations += 1;
@@ -230,49 +337,13 @@ pub fn minimise(problem: &Problem, start: &DVector<f64>, model: &mut dyn Model) 
             Ok(Some(ending)) => here.ending = ending,
             Err(Stopped) => here.ending = Ending::Stopped,
         }
+        if found.iter().any(|(other, _)| other.is_near(problem, &here.theta)) {
+            return Ok(None);
+        }
         if here.ending != Ending::Iterations || here.iterations >= ITERATIONS {
             return Ok(Some(here));
         }
     }
-}
-
-/// The starts: the given one, then the others.
-fn starts(problem: &Problem, start: &DVector<f64>) -> impl Iterator<Item = DVector<f64>> {
-    std::iter::once(start.clone()).chain(problem.starts.iter().map(move |more| clamped(problem, &(start + more))))
-}
-
-/// Least sum of the distances of all points at one of the starts, m; infinite if nothing could be computed.
-///
-/// # Errors
-/// If it was stopped.
-pub fn least_distance(problem: &Problem, start: &DVector<f64>, model: &mut dyn Model) -> Result<f64, Stopped> {
-    let mut least = f64::INFINITY;
-    for theta in starts(problem, start) {
-        let Some((residuals, _)) = model.compute(&theta, &mut |_| false)? else { continue };
-        let points = &problem.points;
-        least = least.min((0..points.ranges.len()).map(|k| points.distance(k, &residuals)).sum());
-    }
-    Ok(least)
-}
-
-/// The start of which F is least, with the scale of the noise at the given one.
-fn best_start(problem: &Problem, start: &DVector<f64>, model: &mut dyn Model) -> Result<Option<Minimum>, Stopped> {
-    let unknowns = start.len();
-    let mut best: Option<(DVector<f64>, f64, f64)> = None;
-    for theta in starts(problem, start) {
-        let Some((residuals, _)) = model.compute(&theta, &mut |_| false)? else { continue };
-        let scale = best.as_ref().map_or_else(|| problem.points.scale(&residuals, unknowns), |best| best.2);
-        let cost = problem.cost(&theta, &residuals, scale);
-        if best.as_ref().is_none_or(|best| cost < best.1) {
-            best = Some((theta, cost, scale));
-        }
-    }
-    let Some((theta, ..)) = best else { return Ok(None) };
-    Ok(model.compute(&theta, &mut |_| true)?.and_then(|(residuals, jacobian)| {
-        let scale = problem.points.scale(&residuals, unknowns);
-        let (ending, jacobian) = (Ending::Iterations, jacobian?);
-        Some(Minimum { ending, theta, residuals, jacobian, scale, iterations: 0 })
-    }))
 }
 
 fn clamped(problem: &Problem, theta: &DVector<f64>) -> DVector<f64> {
@@ -284,7 +355,7 @@ fn iterate(
     problem: &Problem,
     here: &mut Minimum,
     damping: &mut f64,
-    model: &mut dyn Model,
+    model: &mut impl Model,
 ) -> Result<Option<Ending>, Stopped> {
     let unknowns = here.theta.len();
     let (mut normal, mut gradient) = problem.points.normal(&here.jacobian, &here.residuals, here.scale);
@@ -366,6 +437,12 @@ mod tests {
     }
 
     impl Model for Decay {
+        type Reference = ();
+
+        fn reference(&self) {}
+
+        fn set_reference(&mut self, (): ()) {}
+
         fn compute(
             &mut self,
             theta: &DVector<f64>,
@@ -404,12 +481,17 @@ mod tests {
             bounds: vec![[-7.0, 7.0]; 2],
             largest_step: 2.0,
             starts: Vec::new(),
+            searches: 1,
         }
     }
 
+    fn minimised(problem: &Problem, start: &[f64], model: &mut impl Model<Reference = ()>) -> Option<Minimum> {
+        let starts = starts(problem, &DVector::from_column_slice(start), model).expect("nobody stops it");
+        minimise(problem, &starts, model).expect("nobody stops it")
+    }
+
     fn fitted(problem: &Problem, model: &mut Decay) -> (Minimum, [f64; 2]) {
-        let start = DVector::from_vec(vec![0.0, 0.0]);
-        let found = minimise(problem, &start, model).expect("nobody stops it").expect("the start can be computed");
+        let found = minimised(problem, &[0.0; 2], model).expect("the start can be computed");
         let values = [found.theta[0].exp(), found.theta[1].exp()];
         (found, values)
     }
@@ -437,8 +519,7 @@ mod tests {
         let mut failed = 0;
         for start in [[3.0, -4.0], [-3.0, -2.0], [0.0, 0.0], [2.0, -1.0], [-2.0, 0.2]] {
             let mut model = Decay { most: 1.505, ..decay(0.0, 0.0) };
-            let start = DVector::from_column_slice(&start);
-            let found = minimise(&problem(), &start, &mut model).expect("nobody stops it").expect("a start");
+            let found = minimised(&problem(), &start, &mut model).expect("a start");
             assert_eq!(found.ending, Ending::Converged);
             assert!((found.theta[1].exp() - 1.5).abs() < 1e-6, "{:?}", found.theta);
             failed += model.failed;
@@ -461,9 +542,67 @@ mod tests {
         let near = DVector::from_vec(vec![2f64.ln(), 1.5f64.ln()]);
         let mut model = Decay { most: 1.6, ..decay(0.0, 0.0) };
         let start = DVector::from_vec(vec![0.0, 3.0]);
-        assert!(minimise(&problem(), &start, &mut model).expect("nobody stops it").is_none());
+        assert!(minimised(&problem(), start.as_slice(), &mut model).is_none());
         let others = Problem { starts: vec![&near - &start], ..problem() };
-        let found = minimise(&others, &start, &mut model).expect("nobody stops it").expect("the other start");
+        let found = minimised(&others, start.as_slice(), &mut model).expect("the other start");
         assert!(found.ending == Ending::Converged && found.iterations == 1, "{found:?}");
+    }
+
+    /// One point at (θ² − 1)(θ² − 1) + tilt (θ − 1)², and one that is always `noise` off: minima near θ = −1 and 1.
+    struct TwoValleys {
+        tilt: f64,
+        reference: f64,
+    }
+
+    impl Model for TwoValleys {
+        type Reference = f64;
+
+        fn reference(&self) -> f64 {
+            self.reference
+        }
+
+        fn set_reference(&mut self, reference: f64) {
+            self.reference = reference;
+        }
+
+        fn compute(
+            &mut self,
+            theta: &DVector<f64>,
+            wanted: &mut dyn FnMut(&DVector<f64>) -> bool,
+        ) -> Result<Computed, Stopped> {
+            let x = theta[0];
+            let residuals = DVector::from_vec(vec![x * x - 1.0, self.tilt * (x - 1.0), 0.1]);
+            let jacobian = wanted(&residuals).then(|| DMatrix::from_column_slice(3, 1, &[2.0 * x, self.tilt, 0.0]));
+            if jacobian.is_some() {
+                self.reference = x;
+            }
+            Ok(Some((residuals, jacobian)))
+        }
+    }
+
+    #[test]
+    fn the_lower_of_two_minima_is_found_and_one_that_is_as_good_is_named() {
+        let valleys = |searches: usize| Problem {
+            points: Points { ranges: (0..3).map(|k| k..k + 1).collect(), noise: Some(0.1), least_noise: 1e-9 },
+            priors: Vec::new(),
+            bounds: vec![[-7.0, 7.0]],
+            largest_step: 1.0,
+            starts: vec![DVector::from_element(1, 4.5)],
+            searches,
+        };
+        let from = |tilt: f64, searches: usize| {
+            let mut model = TwoValleys { tilt, reference: f64::NAN };
+            let problem = valleys(searches);
+            let starts = starts(&problem, &DVector::from_element(1, -1.5), &mut model).expect("nobody stops it");
+            let found = minimise(&problem, &starts, &mut model).expect("nobody stops it").expect("a minimum");
+            // What is computed next is near the minimum, not near where the last search ended.
+            assert!((model.reference - found.theta[0]).abs() < 0.1, "{} {found:?}", model.reference);
+            (found.theta[0], found.rivals.len())
+        };
+        // The better start leads to the worse minimum.
+        assert!(from(0.5, 1).0 < 0.0);
+        let (theta, rivals) = from(0.5, 2);
+        assert!((theta - 1.0).abs() < 0.01 && rivals == 0, "{theta} {rivals}");
+        assert_eq!(from(0.01, 2).1, 1);
     }
 }

@@ -4,11 +4,10 @@ use super::answer::{Configuration, FittedPoint, Identified, NoFit, Request};
 use super::drawn;
 use super::estimates::{Fit, problem};
 use super::harness::{self, Harness, position, rows};
-use super::least_squares::{self, Minimum, Points, Problem, Stopped};
+use super::least_squares::{self, Minimum, Points, Start, Stopped};
 use super::points::{self, MeasuredPlace, MeasuredPoint};
 use super::unknowns;
 use crate::sensitivity::{Source, Study};
-use nalgebra::DVector;
 use wireloom_core::{Network, Status, StepResult, Vector};
 use wireloom_scenario::record::{self, Attachment};
 use wireloom_scenario::{Built, Fault, Scenario};
@@ -57,15 +56,9 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
         reference: None,
         failure: None,
     };
-    let start = fit.start();
-    let drawn = match through_points {
-        Some((text, names)) => {
-            let comes_nearer = from_drawn_start(&fit.problem, &start, &mut harness, text);
-            if comes_nearer.map_err(|Stopped| NoFit::Stopped)? { names } else { Vec::new() }
-        }
-        None => Vec::new(),
-    };
-    let minimum = least_squares::minimise(&fit.problem, &start, &mut harness).map_err(|Stopped| NoFit::Stopped)?;
+    let begun = begin(&fit, &mut harness, through_points);
+    let (starts, drawn) = begun.map_err(|Stopped| NoFit::Stopped)?;
+    let minimum = least_squares::minimise(&fit.problem, &starts, &mut harness).map_err(|Stopped| NoFit::Stopped)?;
     let Some(mut minimum) = minimum else {
         let reason = harness.failure.unwrap_or_default();
         return Err(NoFit::NoStart { reason, solves: harness.work.solves });
@@ -73,7 +66,7 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
     let names: Vec<String> = first.steps().iter().map(|step| step.name.clone()).collect();
     let shapes = Shapes { fit, points: &points };
     let found = shapes.answer(&mut minimum, &mut harness, &scenario.name, &names)?;
-    Ok(Identified { drawn, ..found })
+    Ok(Identified { drawn, given_noise: request.noise, ..found })
 }
 
 /// Reads the points, with what the scenario has.
@@ -113,21 +106,23 @@ fn with_places(text: &str, points: &[MeasuredPoint]) -> Result<String, Fault> {
     if further.is_empty() { Ok(text.to_owned()) } else { record::with_markers(text, &further) }
 }
 
-/// Gives the harness the text with a drawn start if one of the starts of the fit comes nearer to the points from it.
-fn from_drawn_start(
-    problem: &Problem,
-    start: &DVector<f64>,
+/// The starts of the fit, and the branches that are drawn through the points: the harness gets their text if one of
+/// the starts comes nearer to the points from it.
+fn begin(
+    fit: &Fit<'_>,
     harness: &mut Harness<'_>,
-    text: String,
-) -> Result<bool, Stopped> {
-    let own = least_squares::least_distance(problem, start, harness)?;
+    through_points: Option<(String, Vec<String>)>,
+) -> Result<(Vec<Start>, Vec<String>), Stopped> {
+    let own = least_squares::starts(&fit.problem, &fit.start(), harness)?;
+    let Some((text, names)) = through_points else { return Ok((own, Vec::new())) };
     let undrawn = std::mem::replace(&mut harness.source.text, text.into());
-    let from_drawn = least_squares::least_distance(problem, start, harness)?;
-    let nearer = from_drawn < NEARER * own;
-    if !nearer {
-        harness.source.text = undrawn;
+    let drawn = least_squares::starts(&fit.problem, &fit.start(), harness)?;
+    let nearest = |starts: &[Start]| starts.iter().map(|start| start.distance).fold(f64::INFINITY, f64::min);
+    if nearest(&drawn) < NEARER * nearest(&own) {
+        return Ok((drawn, names));
     }
-    Ok(nearer)
+    harness.source.text = undrawn;
+    Ok((own, Vec::new()))
 }
 
 /// Points that lie beside each other on one branch in one configuration, in order.

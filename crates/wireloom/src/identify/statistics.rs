@@ -171,7 +171,8 @@ mod tests {
         let sigma = (residuals.norm_squared() / (m - 2.0)).sqrt();
         let expected = [sigma * (sxx / (m * sxx - sx * sx)).sqrt(), sigma * (m / (m * sxx - sx * sx)).sqrt()];
         let points = Points { ranges: (0..n).map(|k| k..k + 1).collect(), noise: None, least_noise: 1e-12 };
-        let problem = Problem { points, priors: vec![], bounds: vec![], largest_step: 1.0, starts: vec![] };
+        let problem =
+            Problem { points, priors: vec![], bounds: vec![], largest_step: 1.0, starts: vec![], searches: 1 };
         let jacobian = DMatrix::from_fn(n, 3, |i, j| [1.0, x[i], 0.0][j]);
         let at = |jacobian: DMatrix<f64>, unknowns: usize| Minimum {
             ending: Ending::Converged,
@@ -180,6 +181,7 @@ mod tests {
             scale: problem.points.scale(&residuals, 2),
             jacobian,
             iterations: 1,
+            rivals: Vec::new(),
         };
         let found = Statistics::new(&problem, &at(jacobian.columns(0, 2).into_owned(), 2), &[], &[]);
         for (k, expected) in expected.iter().enumerate() {

@@ -3,7 +3,7 @@
 use super::least_squares::Prior;
 use nalgebra::DVector;
 use wireloom_core::{Registry, Value};
-use wireloom_scenario::record::with_value;
+use wireloom_scenario::record::{value_at, with_json, with_value};
 use wireloom_scenario::{ByRule, Fault, Scenario, number_at};
 
 /// Units of quantities that are positive, and uncertain by a factor.
@@ -20,6 +20,12 @@ const LARGEST_MOVE: f64 = 30.0;
 const WEAK_FACTOR: f64 = 10.0;
 /// The same for numbers that are no factors, in units of their scale.
 const WEAK_MOVE: f64 = 10.0;
+/// Largest distance of other starts from the start of a stiffness: a factor of ten.
+const SPREAD_FACTOR: f64 = 10.0;
+/// The same for a curvature, in units of its scale: radians over the longest branch.
+const SPREAD_TURN: f64 = 2.0;
+/// The same in deviations of the prior.
+const SPREAD_PRIOR: f64 = 2.0;
 /// Deviations of the rule for sections of wires, relative: `library/README.md` of the crate `scenario`, "Uncertainty".
 /// Bending and torsion are known to a factor of two.
 const OF_RULE: [(&str, f64); 5] = [
@@ -100,6 +106,16 @@ impl Unknown {
         Prior { terms: vec![(i, 1.0)], value: self.theta(value), deviation: deviation / self.slope(self.theta(value)) }
     }
 
+    /// Largest distance of other starts from its own, in θ; 0 for numbers that are known well enough, such as lengths.
+    pub fn spread(&self) -> f64 {
+        let widest = match self.is_stiffness() {
+            true => SPREAD_FACTOR.ln(),
+            false if self.unit == "1/m" => SPREAD_TURN,
+            false => 0.0,
+        };
+        widest.min(SPREAD_PRIOR * self.prior(0).deviation)
+    }
+
     /// Whether it is a stiffness, or the moment or force at which something slips.
     pub fn is_stiffness(&self) -> bool {
         self.logarithm && STIFF.contains(&&*self.unit)
@@ -140,6 +156,7 @@ pub fn unknowns(
         if let (Err(_), Some((value, _))) = (number_at(&text, key, registry), by_rule) {
             text = with_value(&text, key, &Value::Number(value), registry).map_err(in_words)?;
         }
+        text = with_rest_curvature(text, scenario, key, registry).map_err(in_words)?;
         let number = number_at(&text, key, registry).map_err(in_words)?;
         let last = key.rsplit('.').find(|part| part.parse::<usize>().is_err()).unwrap_or_default();
         let positive = OF_FACTORS.contains(&&*number.unit) || POSITIVE.contains(&last);
@@ -234,6 +251,23 @@ pub fn smoothness(all: &[Unknown], smooth: &[(Vec<String>, f64)]) -> Result<Vec<
         }
     }
     Ok(priors)
+}
+
+/// The text in which the rest curvature that a key names is written out: left out, it is zero.
+fn with_rest_curvature(text: String, scenario: &Scenario, key: &str, registry: &Registry) -> Result<String, Fault> {
+    let list = key.rsplit_once('.').filter(|(list, _)| list.ends_with(".curvature")).map(|(list, _)| list);
+    let is_of = |list: &str, branch: &str| {
+        let own = list.strip_prefix("branches.").and_then(|rest| rest.strip_suffix(".curvature"));
+        own.is_some_and(|own| own.trim_matches(['"', '\'']) == branch)
+    };
+    match list {
+        Some(list)
+            if scenario.branches.iter().any(|branch| is_of(list, &branch.name)) && value_at(&text, list).is_err() =>
+        {
+            with_json(&text, list, &serde_json::json!([0.0, 0.0, 0.0]), registry)
+        }
+        _ => Ok(text),
+    }
 }
 
 fn named<'a>(all: &'a mut [Unknown], key: &str, what: &str) -> Result<&'a mut Unknown, String> {
