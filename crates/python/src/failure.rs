@@ -24,6 +24,10 @@ pub enum Failure {
     Dataset(wireloom_dataset::Error),
     /// A request that cannot be fulfilled, and what to do instead.
     Request(String, String),
+    /// The same in one text.
+    Question(String),
+    /// A question that has no answer.
+    NoAnswer(String),
     /// A part of the harness that failed during a computation.
     Part(String),
     /// A session that was closed, or that broke.
@@ -101,6 +105,8 @@ impl From<Failure> for PyErr {
             Failure::Request(message, help) => {
                 exception(py, "RequestError", (format!("{}; {}", safe(&message), safe(&help)),))
             }
+            Failure::Question(words) => exception(py, "RequestError", (safe(&words),)),
+            Failure::NoAnswer(words) => exception(py, "NoAnswerError", (safe(&words),)),
             Failure::Part(words) => exception(py, "PartError", (safe(&words),)),
             Failure::Closed => exception(py, "ClosedError", ("the session is closed: open another one",)),
             Failure::Internal(words) => {

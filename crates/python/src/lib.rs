@@ -9,6 +9,7 @@
 //! | `result` | handles of equilibria and branches; arrays of NumPy that are views of the result's memory |
 //! | `table` | events and requirements as tables of Arrow |
 //! | `sweep` | parts of sweeps, and what is there of them |
+//! | `study` | derivatives, identification, optimisation |
 //! | `session` | a harness that is moved by hand |
 //! | `failure` | exceptions |
 
@@ -17,6 +18,7 @@ mod result;
 mod run;
 mod session;
 mod source;
+mod study;
 mod sweep;
 mod table;
 mod worker;
@@ -32,6 +34,8 @@ mod _wireloom {
     use crate::session::Session;
     #[pymodule_export]
     use crate::source::{check, read, value_at, with_value};
+    #[pymodule_export]
+    use crate::study::{identify, optimise, sensitivities};
     #[pymodule_export]
     use crate::sweep::{sweep_begin, sweep_compact, sweep_files, sweep_part, sweep_status};
     #[pymodule_export]

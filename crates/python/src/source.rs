@@ -122,7 +122,7 @@ pub struct Loaded {
 
 impl Source {
     /// A refusal of it.
-    fn refused(&self, faults: Vec<Fault>) -> Failure {
+    pub fn refused(&self, faults: Vec<Fault>) -> Failure {
         Failure::Refused { name: self.name.clone(), text: self.text.clone(), faults }
     }
 

@@ -59,7 +59,9 @@ def test_values_are_those_of_the_file(run: wireloom.Run, tmp_path: Path) -> None
             assert branch.bend_radius.tolist() == radius
             assert np.allclose(np.cross(branch.d3, branch.d1), branch.d2, atol=1e-12)
             assert (branch.twist_turns, branch.diameter) == (there["twist_turns"], there["diameter"])
-            assert branch.error == there.get("error")
+            error = there["error"]
+            assert branch.order == error.pop("order") == 4
+            assert branch.error == error
         for name, constraint in step.constraints.items():
             there = own["constraints"][name]
             assert constraint.force.tolist() == there["force"] and constraint.moment.tolist() == there["moment"]

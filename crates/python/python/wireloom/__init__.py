@@ -18,6 +18,7 @@ from ._errors import (
     Error,
     InternalError,
     Interrupted,
+    NoAnswerError,
     PartError,
     RequestError,
     ResultError,
@@ -28,6 +29,7 @@ from ._run import Branch, Constraint, Event, Joint, Moment, Place, Requirement, 
 from ._scenario import Scenario, from_dict, load, loads
 from ._session import Session
 from ._slurm import slurm
+from ._study import Estimate, Identified, Optimised, Sensitivities
 from ._sweep import Failed, Sweep, SweepStatus, sweep
 from ._wireloom import __version__
 
@@ -38,12 +40,16 @@ __all__ = [
     "Constraint",
     "Diagnostic",
     "Error",
+    "Estimate",
     "Event",
     "Failed",
+    "Identified",
     "InternalError",
     "Interrupted",
     "Joint",
     "Moment",
+    "NoAnswerError",
+    "Optimised",
     "PartError",
     "Place",
     "RequestError",
@@ -52,6 +58,7 @@ __all__ = [
     "Run",
     "Scenario",
     "ScenarioError",
+    "Sensitivities",
     "Session",
     "Step",
     "Sweep",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from . import _wireloom
     from ._run import Run
+    from ._study import Identified, Optimised
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,10 @@ class RequestError(Error, ValueError):
     """A request that cannot be fulfilled, such as a target out of reach. The text says what would be right."""
 
 
+class NoAnswerError(Error, ArithmeticError):
+    """A question that has no answer: a step that does not converge, or an equilibrium without derivatives."""
+
+
 class ResultError(Error, ValueError):
     """A file that is no result, or one of another version."""
 
@@ -79,13 +84,17 @@ class InternalError(Error, RuntimeError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run. `run` has everything that was computed before it, with the status `interrupted`."""
+    """Ctrl-C during a run, an identification or an optimisation. It has everything that was computed before."""
 
-    run: Run
-    """The run so far."""
+    run: Run | None
+    """The run so far, with the status `interrupted`."""
+    found: Identified | Optimised | None
+    """What was found so far."""
 
-    def __init__(self, handle: _wireloom.Run) -> None:
+    def __init__(self, handle: _wireloom.Run | None, found: Identified | Optimised | None = None) -> None:
         from ._run import Run
 
-        super().__init__("the run was interrupted: the attribute `run` of this exception has what was computed")
-        self.run = Run(handle)
+        what, where = ("run", "run") if found is None else ("work", "found")
+        super().__init__(f"the {what} was interrupted: the attribute `{where}` of this exception has what was computed")
+        self.run = None if handle is None else Run(handle)
+        self.found = found

@@ -14,6 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _wireloom
+from ._errors import NoAnswerError, RequestError
+from ._study import sensitivities
+from ._types import Source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -422,8 +425,9 @@ class Step:
 class Run:
     """A run: its status, its verdict, the equilibria that were kept, and what happened on the way."""
 
-    def __init__(self, handle: _wireloom.Run) -> None:
+    def __init__(self, handle: _wireloom.Run, source: Source | None = None) -> None:
         self._handle = handle
+        self._source = source
 
     @staticmethod
     def open(path: str | os.PathLike[str]) -> Run:
@@ -484,6 +488,26 @@ class Run:
             for first, (margin, error, at, place, origin, because, reason) in self._handle.requirements()
         )
         return Table(rows, self._handle.requirement_table())
+
+    def grad(self, output: str, keys: Sequence[str], *, step: str | None = None) -> dict[str, float]:
+        """Derivatives of one output at the end of a step (by default the last one) by numbers of the scenario: those of
+        `Scenario.sensitivities`. The scenario is carried out again for them.
+
+        Raises:
+            NoAnswerError: one of the derivatives does not exist; the text says which, and why.
+            RequestError: the run was read with `Run.open`, or there is no such output or key.
+
+        >>> import wireloom
+        >>> run = wireloom.loads(wireloom.EXAMPLE).run()
+        >>> run.grad("energy.total", ["branches.cable.length"]).keys()
+        dict_keys(['branches.cable.length'])
+        """
+        if self._source is None:
+            raise RequestError("a run that was read from a file has no scenario: use Scenario.sensitivities")
+        found = sensitivities(self._source, [output], keys, step)
+        for (_, key), reason in found.reasons.items():
+            raise NoAnswerError(f"{output} has no derivative by {key}: {reason}; see Scenario.sensitivities")
+        return dict(zip(found.keys, map(float, found.derivatives[0]), strict=True))
 
     def save(self, folder: str | os.PathLike[str]) -> str:
         """Writes `result.json`, as the command line does, into a folder, which is made where it is missing.

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from . import _toml, _wireloom
+from . import _study, _toml, _wireloom
 from ._errors import Diagnostic
 from ._progress import Progress
 from ._run import Run, Step
-from ._types import Source
+from ._study import Identified, Measured, Optimised, Sensitivities
+from ._types import Given, Source
 
 
 def load(path: str | os.PathLike[str]) -> Scenario:
@@ -226,7 +227,91 @@ class Scenario:
                 return function(Step(handle))
 
         with Progress(progress) as line:
-            return Run(_wireloom.run(self._source(), line.show if progress else None, call))
+            return Run(_wireloom.run(self._source(), line.show if progress else None, call), self._source())
+
+    def sensitivities(
+        self, of: Sequence[str] = (), by: Sequence[str] = (), *, step: str | None = None
+    ) -> Sensitivities:
+        """Derivatives of results by numbers of the scenario, at the end of a step. Other Python threads run meanwhile.
+
+        Each is taken from equilibria on both sides of the one that the scenario comes to. Where contact changes, or
+        another place becomes the worst, there is none; `sides` and `reasons` say more.
+
+        Args:
+            of: names of requirements, or of columns of a sweep such as `force.plug-B`; empty: all requirements.
+            by: keys, such as `branches.left.length`; empty: those that `[sweep]` varies.
+            step: name of the step; by default the last one.
+
+        Raises:
+            ScenarioError: the scenario has faults.
+            RequestError: it has no such output, key or step.
+            NoAnswerError: it does not converge, or its equilibrium has no derivatives.
+
+        >>> import wireloom
+        >>> s = wireloom.loads(wireloom.EXAMPLE)
+        >>> found = s.sensitivities(["energy.total"], ["sections.cable.linear_density"])
+        >>> found.derivatives.shape, round(found["energy.total", "sections.cable.linear_density"], 2)
+        ((1, 1), -0.94)
+        """
+        return _study.sensitivities(self._source(), of, by, step)
+
+    def identify(
+        self,
+        fit: Sequence[str],
+        *,
+        shapes: Sequence[Measured] = (),
+        bending: Sequence[Measured] = (),
+        priors: Mapping[str, tuple[Given, Given]] | None = None,
+        bounds: Mapping[str, tuple[Given, Given]] | None = None,
+        smooth: Sequence[tuple[Sequence[str], Given]] = (),
+        noise: float | None = None,
+    ) -> Identified:
+        """Identifies numbers of the scenario from measured points of the real harness, or from bending tests.
+
+        Args:
+            fit: keys of the numbers, such as `sections.cable.bending_stiffness`.
+            shapes: tables of points: CSV files, or columns `configuration`, `marker` (or `branch`, `s`), `x`, `y`, `z`
+                (m) as a dict or a data frame. A configuration is the end of a step.
+            bending: tables `load_N`, `deflection_mm` of a test that the scenario describes, instead of shapes.
+            priors: value and standard deviation by key, SI or with a unit.
+            bounds: least and largest value by key.
+            smooth: keys of neighbours, and the deviation by which they differ.
+            noise: standard deviation of a measured coordinate, m, or load, N; without it, it is estimated.
+
+        Raises:
+            ScenarioError: the scenario or a table has faults.
+            RequestError: what was asked cannot be answered.
+            NoAnswerError: there is no equilibrium to begin with.
+            Interrupted: Ctrl-C; the exception has what was found so far.
+
+        >>> import wireloom
+        >>> s = wireloom.loads(wireloom.EXAMPLE)
+        >>> here = s.run().steps[-1].branches["cable"]
+        >>> points = {"configuration": ["equilibrium"] * 9, "branch": ["cable"] * 9, "s": here.s[4:-4:4]}
+        >>> points |= {axis: here.position[4:-4:4, k] for k, axis in enumerate("xyz")}
+        >>> s["sections.cable.bending_stiffness"] = 0.03
+        >>> found = s.identify(["sections.cable.bending_stiffness"], shapes=[points], noise=1e-4)
+        >>> found.status, found.estimates["sections.cable.bending_stiffness"].identifiable
+        ('converged', True)
+        """
+        if bool(shapes) == bool(bending):
+            raise ValueError("give either shapes or bending")
+        tables = [_study.table(number, own) for number, own in enumerate(shapes or bending)]
+        return _study.identify(self, tables, bool(bending), fit, priors or {}, bounds or {}, smooth, noise)
+
+    def optimise(self, *, on_design: Callable[[dict[str, Any]], object] | None = None) -> Optimised:
+        """Chooses the numbers and words that `[optimise]` varies so that what it minimises is smallest and all
+        requirements are kept.
+
+        Args:
+            on_design: called with each design that was run, in the calling thread.
+
+        Raises:
+            ScenarioError: the scenario has faults.
+            RequestError: it has no `[optimise]`.
+            Interrupted: Ctrl-C; the exception has the best design so far.
+        """
+        return _study.optimise(self, on_design)
 
 
 def _restored(text: str, name: str, folder: str | None) -> Scenario:

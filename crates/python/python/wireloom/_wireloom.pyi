@@ -5,7 +5,7 @@ from os import PathLike
 from typing import Any, final
 
 from ._errors import Diagnostic
-from ._types import At, Path, Place, Source, Task
+from ._types import At, Fit, Path, Place, Source, Task
 
 __all__ = [
     "Branch",
@@ -17,10 +17,13 @@ __all__ = [
     "Table",
     "__version__",
     "check",
+    "identify",
     "open",
+    "optimise",
     "panic_for_tests",
     "read",
     "run",
+    "sensitivities",
     "sweep_begin",
     "sweep_compact",
     "sweep_files",
@@ -42,6 +45,9 @@ def run(
     on_increment: Callable[[Step], object] | None,
 ) -> Run: ...
 def open(path: Path) -> Run: ...
+def sensitivities(source: Source, of: list[str], by: list[str], step: str | None) -> str: ...
+def identify(source: Source, fit: Fit) -> tuple[str, str, bool]: ...
+def optimise(source: Source, on_design: Callable[[str], object] | None) -> tuple[str, str | None, bool]: ...
 def sweep_files(source: Source) -> dict[str, bytes]: ...
 def sweep_begin(task: Task, size: int) -> tuple[int, list[tuple[int, int]]]: ...
 def sweep_part(task: Task, first: int, end: int, threads: int) -> tuple[int, int, bool]: ...
