@@ -1,11 +1,13 @@
 //! Derivatives by numbers of the scenario: against differences of whole runs, against closed forms, and where there are
 //! none.
 
+use std::process::Command;
 use wireloom::StepResult;
+use wireloom::export::table::{Column, read as read_table};
 use wireloom::sensitivity::NoAnswer;
 use wireloom_tests::cables::{branch, connector, section};
 use wireloom_tests::derivatives::{derivatives, largest_error};
-use wireloom_tests::root;
+use wireloom_tests::{program, root};
 
 /// Error of derivatives and of the differences of whole runs together. Both subtract forces that are exact to some
 /// rounding errors of EA, about 1e-11 N, over steps of 1e-4: 1e-7 of forces of 1 N.
@@ -322,4 +324,45 @@ fn at_the_end_of_an_earlier_step() {
         Err(NoAnswer::Question(said)) => assert!(said.contains("`plug-C` does not act in step `plug B`"), "{said}"),
         other => panic!("{other:?}"),
     }
+}
+
+/// Standard deviations by ten runs are those of 2,000 random ones, to 5 %: these are exact to 1.6 % themselves. The
+/// first arm that bends too tightly is now one and now the other: there are no derivatives, and yet a spread.
+#[test]
+fn tolerances_spread_outputs_as_in_random_runs() {
+    let text = scenario("sweeps/y_tolerances.toml");
+    let found = derivatives(&text, &wireloom::registry(), &[], &[], None).unwrap();
+    let place = tempfile::tempdir().expect("a folder");
+    let many = text.replace("latin-hypercube", "random").replace("samples = 256", "samples = 2000");
+    std::fs::write(place.path().join("s.toml"), many).expect("written");
+    let sweep = Command::new(program()).args(["sweep", "s.toml", "--out", "o"]).current_dir(place.path()).output();
+    assert!(sweep.expect("it runs").status.success());
+    let table = read_table(std::fs::read(place.path().join("o/points.parquet")).expect("a table")).expect("a table");
+    for (output, limit) in found.outputs.iter().zip([0.048, 0.03]) {
+        let Some(Column::Numbers(values)) = table.column(&format!("worst.{}", output.name)) else {
+            panic!("no worst values of {}", output.name)
+        };
+        let values: Vec<f64> = values.iter().map(|value| value.expect("all converge")).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64;
+        let spread = output.spread.as_ref().expect("a spread");
+        assert!((spread.deviation / variance.sqrt() - 1.0).abs() < 0.05, "{spread:?}, not {}", variance.sqrt());
+        assert!((spread.mean - mean).abs() < 0.25 * spread.deviation, "{spread:?}, not {mean}");
+        let to_limit = (spread.mean - limit) / spread.deviation;
+        assert!(spread.deviations_to_limit.is_some_and(|own| (own - to_limit).abs() < 1e-9 * to_limit), "{spread:?}");
+        assert_eq!((spread.parts.len(), spread.remark.as_deref()), (5, None));
+    }
+    assert!(found.outputs[1].by.iter().any(|derivative| derivative.value.is_none()));
+}
+
+/// Where an output is not in proportion within the tolerances, that is told.
+#[test]
+fn tolerances_that_are_too_wide_for_a_proportion_are_flagged() {
+    let text = scenario("sweeps/y_tolerances.toml").replace("deviation = \"3 mm\"", "deviation = \"60 mm\"");
+    let found = derivatives(&text, &wireloom::registry(), &["trunk"], &[], None).unwrap();
+    let spread = found.outputs[0].spread.as_ref().expect("a spread");
+    assert!(spread.remark.is_some(), "{spread:?}");
+    // A list of values, and a scenario without a sweep, have no tolerances.
+    let found = derivatives(&scenario("first.toml"), &wireloom::registry(), &[], &["branches.left.length"], None);
+    assert!(found.unwrap().outputs.iter().all(|output| output.spread.is_none()));
 }

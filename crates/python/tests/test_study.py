@@ -64,6 +64,14 @@ def test_where_there_is_no_derivative_there_is_a_reason(tmp_path: Path) -> None:
         wireloom.Run.open(tmp_path).grad("energy.total", [LENGTH])
 
 
+def test_tolerances_add_up() -> None:
+    found = wireloom.load(SCENARIOS / "sweeps/y_tolerances.toml").sensitivities()
+    assert found.outputs == ("trunk", "arm") and found.effects.shape == (2, 5) and not found.remarks
+    assert found.deviations == pytest.approx(np.sqrt((found.effects**2).sum(axis=1)))
+    assert found.deviations == pytest.approx([5.8e-3, 1.19e-3], rel=0.05)
+    assert np.isnan(example().sensitivities(["energy.total"], [LENGTH]).deviations).all()
+
+
 def test_questions_without_an_answer_are_refused() -> None:
     s = example()
     with pytest.raises(wireloom.RequestError, match="plug-X"):

@@ -34,12 +34,21 @@
 //! The differences to both sides must agree, up to what curvature explains (it shrinks with the step). Where they do
 //! not, or where different points touch or another place is the worst on the two sides, there is no derivative, but one
 //! value for each side and the reason.
+//!
+//! # Tolerances
+//!
+//! Where the scenario's sweep spreads a parameter (`mean` and `deviation`, or `from` and `to`), the scenario is also
+//! carried out one standard deviation σ to both sides. With a half of the difference of an output between them and b
+//! half of its second difference, the variance is `Σ a²` over the parameters, and the mean `f + Σ (f′ (mean − p) + b)`.
+//! That is told not to be in proportion where `Σ 2 b²`, the variance by curvature of a normal distribution, is beyond a
+//! tenth of it, or where a run within σ does not converge.
 
 mod answer;
 mod differences;
 mod outputs;
+mod tolerances;
 
-pub use answer::{Derivative, NoAnswer, Output, Parameter, Question, Sensitivities, Source};
+pub use answer::{Derivative, NoAnswer, Output, Parameter, Question, Sensitivities, Source, Spread, Tolerance};
 
 use differences::Around;
 use outputs::{Asked, Catalogue};
@@ -139,11 +148,15 @@ impl<'a> Study<'a> {
     pub fn answer(&mut self, question: &Question<'_>) -> Result<Sensitivities, NoAnswer> {
         // What can be told before the run is told before it.
         let step = self.step(question.step)?;
-        let parameters = self.parameters(question.by)?;
+        let mut parameters = self.parameters(question.by)?;
+        for parameter in &mut parameters {
+            parameter.tolerance = self.tolerance(&parameter.key);
+        }
         self.check(question.of)?;
         question.of.iter().try_for_each(|name| self.can_have_value(name, step))?;
         self.run_to(step)?;
-        self.derivatives((step, self.steps[step].increments), question.of, &parameters)
+        let found = self.derivatives((step, self.steps[step].increments), question.of, &parameters)?;
+        self.with_spreads(found, step)
     }
 
     /// The scenario's text.
@@ -193,7 +206,13 @@ impl<'a> Study<'a> {
         let parameter = |key: &String| {
             let number = number_at(&self.source.text, key, self.source.registry)
                 .map_err(|Fault { message, help, .. }| NoAnswer::Question(format!("{message}: {help}")))?;
-            Ok(Parameter { key: key.clone(), value: number.value, unit: number.unit, scale: number.scale })
+            Ok(Parameter {
+                key: key.clone(),
+                value: number.value,
+                unit: number.unit,
+                scale: number.scale,
+                tolerance: None,
+            })
         };
         keys.iter().map(parameter).collect()
     }
@@ -348,6 +367,7 @@ impl<'a> Study<'a> {
             unit: asked.unit.to_owned(),
             value: asked.value,
             by: columns.iter_mut().map(|column| std::mem::take(&mut column[k])).collect(),
+            spread: None,
             name: asked.name,
         });
         Ok(Sensitivities {

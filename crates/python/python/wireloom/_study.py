@@ -49,6 +49,16 @@ class Sensitivities:
     known, shape (outputs, keys, 2); otherwise not-a-number."""
     reasons: Mapping[tuple[str, str], str]
     """Why there is no derivative, by output and key."""
+    means: Array
+    """Means of the outputs with the tolerances that `[sweep]` gives the keys, SI, shape (outputs,); not-a-number where
+    there are none."""
+    deviations: Array
+    """Their standard deviations."""
+    effects: Array
+    """Change of the outputs by one standard deviation of each key, shape (outputs, keys): the root of the sum of the
+    squares along a row is its standard deviation."""
+    remarks: Mapping[str, str]
+    """Why an output is not in proportion within the tolerances, by its name."""
 
     def __getitem__(self, place: tuple[str, str]) -> float:
         """The derivative of an output by a key.
@@ -75,6 +85,12 @@ def sensitivities(source: Source, of: Sequence[str], by: Sequence[str], step: st
         for key, own in zip(keys, output["by"], strict=True)
         if own["reason"] is not None
     }
+    spreads = [output.get("spread") for output in outputs]
+    nothing = {"mean": None, "deviation": None, "parts": [None] * len(parameters)}
+
+    def of_spreads(what: str) -> Array:
+        return np.array([(own or nothing)[what] for own in spreads], dtype=np.float64)
+
     return Sensitivities(
         step=found["step"],
         keeps_history=found["keeps_history"],
@@ -85,6 +101,12 @@ def sensitivities(source: Source, of: Sequence[str], by: Sequence[str], step: st
         derivatives=np.array(derivatives, dtype=np.float64).reshape(shape),
         sides=np.array(sides, dtype=np.float64).reshape(*shape, 2),
         reasons=reasons,
+        means=of_spreads("mean"),
+        deviations=of_spreads("deviation"),
+        effects=of_spreads("parts").reshape(shape),
+        remarks={
+            output["name"]: own["remark"] for output, own in zip(outputs, spreads, strict=True) if own and own["remark"]
+        },
     )
 
 

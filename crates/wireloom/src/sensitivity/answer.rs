@@ -68,6 +68,18 @@ pub struct Parameter {
     /// Its size, SI: of a component that of the largest number of its list.
     #[serde(skip)]
     pub scale: f64,
+    /// How the scenario's sweep spreads it, if it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Tolerance>,
+}
+
+/// Distribution of a parameter, SI.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tolerance {
+    /// Its mean.
+    pub mean: f64,
+    /// Its standard deviation.
+    pub deviation: f64,
 }
 
 /// An output with its derivatives.
@@ -83,6 +95,25 @@ pub struct Output {
     pub remark: Option<String>,
     /// Its derivatives, in the order of the parameters.
     pub by: Vec<Derivative>,
+    /// How tolerances of parameters spread it; `None` where there are none, or one of them has no effect that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread: Option<Spread>,
+}
+
+/// How tolerances spread an output, as if it depended on each parameter alone and in proportion; SI.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+    /// Change by one standard deviation of each parameter, half the difference between both sides, in the order of the
+    /// parameters; 0 for those without tolerance.
+    pub parts: Vec<f64>,
+    /// Distance of the mean from the limit of a requirement, in standard deviations; below 0 beyond the limit.
+    pub deviations_to_limit: Option<f64>,
+    /// Why it is not in proportion.
+    pub remark: Option<String>,
 }
 
 /// A derivative, SI.
