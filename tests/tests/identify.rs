@@ -284,6 +284,38 @@ fn a_start_with_a_wrong_ratio_of_stiffnesses_does_not_end_at_another_minimum() {
 }
 
 #[test]
+fn a_search_that_is_stopped_calls_nothing_known() {
+    let [text, table] = tree_of_the_repository();
+    let keys = of(&["sections.trunk.bending_stiffness", "sections.trunk.torsion_stiffness"]);
+    let registry = wireloom::registry();
+    let request =
+        Request { tables: &[&table], wishes: Wishes { fit: &keys, ..Wishes::default() }, ..Request::default() };
+    let started = std::time::Instant::now();
+    identify(Source::new(&*text, &NoFiles, &registry), &request).expect("it can be carried out");
+    let whole = started.elapsed();
+    let mut stopped = 0;
+    for twelfth in 1..12 {
+        let source = Source::new(&*text, &NoFiles, &registry);
+        let monitor = source.monitor.clone();
+        let clock = std::thread::spawn(move || {
+            std::thread::sleep(whole * twelfth / 12);
+            monitor.stop();
+        });
+        match identify(source, &request) {
+            Ok(found) if found.status == FitStatus::Interrupted => {
+                stopped += 1;
+                let is_unknown = |own: &Estimate| !own.identifiable && own.value.is_none() && own.interval.is_none();
+                assert!(!found.identifiable && found.parameters.iter().all(is_unknown), "{found:?}");
+            }
+            Ok(_) | Err(NoFit::Stopped) => {}
+            Err(other) => panic!("{other}"),
+        }
+        clock.join().expect("it ends");
+    }
+    assert!(stopped > 0, "it was never stopped between its first result and its end");
+}
+
+#[test]
 fn the_truth_of_a_tree_on_springs_lies_in_the_interval_of_95_per_cent() {
     // As for the hanging cable above, with noise of 1 mm and six markers; starts are wrong by factors of 2 to 5.
     let [text, _] = tree_of_the_repository();

@@ -437,7 +437,8 @@ pub struct SensitivitiesArguments {
     /// The scenario
     pub file: PathBuf,
     /// Requirements, by name, or columns of a sweep's table such as force.plug-B, bend_radius.trunk, energy.total,
-    /// position_x.MARKER [default: all requirements that have a value at the end of the step]
+    /// position_x.MARKER [default: the requirements that the scenario and its sections give, as far as they have a
+    /// value at the end of the step]
     #[arg(long, value_name = "OUTPUT", num_args = 1..)]
     pub of: Vec<String>,
     /// Keys of the scenario that hold a number, such as branches.left.length or constraints.clip-1.position.2 [default:

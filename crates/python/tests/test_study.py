@@ -84,6 +84,16 @@ def test_questions_without_an_answer_are_refused() -> None:
         s.identify([STIFFNESS])
     with pytest.raises(ValueError, match="same length"):
         s.identify([STIFFNESS], shapes=[{"marker": ["A"], "x": [1.0, 2.0]}])
+    with pytest.raises(TypeError, match="a list of tables"):
+        s.identify([STIFFNESS], shapes={"marker": ["A"]})  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="no columns"):
+        s.identify([STIFFNESS], shapes=[{}])
+    with pytest.raises(TypeError, match="a pair"):
+        s.identify([STIFFNESS], shapes=[{"marker": ["A"]}], priors={STIFFNESS: 0.01})  # type: ignore[dict-item]
+    with pytest.raises(ValueError, match="finite"):
+        s.identify([STIFFNESS], shapes=[{"marker": ["A"]}], bounds={STIFFNESS: (0.0, math.inf)})
+    with pytest.raises(wireloom.RequestError, match="named twice"):
+        s.sensitivities(["energy.total"], [LENGTH, LENGTH])
     with pytest.raises(wireloom.ScenarioError, match="table 0:1"):
         s.identify([STIFFNESS], shapes=[{"marker": ["A"], "w": [1.0]}])
     with pytest.raises(wireloom.RequestError, match=r"\[optimise\]"):

@@ -38,10 +38,11 @@
 //! # Tolerances
 //!
 //! Where the scenario's sweep spreads a parameter (`mean` and `deviation`, or `from` and `to`), the scenario is also
-//! carried out one standard deviation σ to both sides. With a half of the difference of an output between them and b
-//! half of its second difference, the variance is `Σ a²` over the parameters, and the mean `f + Σ (f′ (mean − p) + b)`.
-//! That is told not to be in proportion where `Σ 2 b²`, the variance by curvature of a normal distribution, is beyond a
-//! tenth of it, or where a run within σ does not converge.
+//! carried out one standard deviation σ to both sides, and an output follows the parabola `f + a z + b z²` through the
+//! three values, z in units of σ. Parameters add up: at the mean of each, its slope there squared plus `2 b²` (normal)
+//! or `0.8 b²` (uniform) is its part of the variance. It is told where that may be far off: where b has a tenth of the
+//! variance, a derivative says something else, a mean is more than σ away from the scenario's value, or a run within σ
+//! does not converge.
 
 mod answer;
 mod differences;
@@ -196,12 +197,17 @@ impl<'a> Study<'a> {
     /// # Errors
     /// If there is no number at a key, or no key.
     pub fn parameters(&self, by: &[String]) -> Result<Vec<Parameter>, NoAnswer> {
-        let axes = self.scenario.sweep.iter().flat_map(|sweep| &sweep.axes).filter(|axis| axis.range.is_numeric());
+        // What varies under a condition may not be in the text.
+        let axes = self.scenario.sweep.iter().flat_map(|sweep| &sweep.axes);
+        let axes = axes.filter(|axis| axis.range.is_numeric() && axis.when.is_empty());
         let varied: Vec<String> = axes.map(|axis| axis.key.clone()).collect();
         let keys = if by.is_empty() { &varied } else { by };
         if keys.is_empty() {
             let message = "the scenario has no [sweep] that varies numbers: name the keys to differentiate by";
             return Err(NoAnswer::Question(message.to_owned()));
+        }
+        if let Some(twice) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
+            return Err(NoAnswer::Question(format!("`{}` is named twice", twice.1)));
         }
         let parameter = |key: &String| {
             let number = number_at(&self.source.text, key, self.source.registry)
@@ -375,6 +381,7 @@ impl<'a> Study<'a> {
             outputs: outputs.collect(),
             keeps_history: around.neighbourhood.has_history(),
             parameters: parameters.to_vec(),
+            tolerances_left_out: Vec::new(),
             step: name,
             increment,
         })

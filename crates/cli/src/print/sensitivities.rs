@@ -9,7 +9,7 @@ use wireloom::sensitivity::{Derivative, Output, Parameter, Sensitivities, Spread
 pub fn print(found: &Sensitivities, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "at the end of step `{}`", printable(&found.step))?;
     if found.keeps_history {
-        writeln!(out, "friction and what else has a history stay as they are there")?;
+        writeln!(out, "derivatives leave friction and what else has a history as they are there")?;
     }
     writeln!(out)?;
     let has_tolerances = found.parameters.iter().any(|parameter| parameter.tolerance.is_some());
@@ -40,7 +40,7 @@ pub fn print(found: &Sensitivities, out: &mut dyn Write) -> io::Result<()> {
         }
         table.print(out)?;
         match spread {
-            Some(spread) => sum(spread, unit, out)?,
+            Some(spread) => sum(spread, unit, &found.tolerances_left_out, out)?,
             None if has_tolerances && output.value.is_some() => {
                 writeln!(out, "its spread is not known: a tolerance has no effect that is known\n")?;
             }
@@ -59,18 +59,21 @@ fn effect(spread: &Spread, k: usize, parameter: &Parameter, unit: &str) -> [Stri
     [deviation(tolerance.deviation, &parameter.unit), deviation(part.abs(), unit), format!("{share:.0} %")]
 }
 
-/// What all tolerances together do to an output.
-fn sum(spread: &Spread, unit: &str, out: &mut dyn Write) -> io::Result<()> {
+/// What all these tolerances together do to an output.
+fn sum(spread: &Spread, unit: &str, left_out: &[String], out: &mut dyn Write) -> io::Result<()> {
     let Spread { mean, deviation, deviations_to_limit, remark, .. } = spread;
-    write!(out, "with all tolerances {} ± {}", with_unit(*mean, unit), with_unit(*deviation, unit))?;
+    write!(out, "with these tolerances {} ± {}", with_unit(*mean, unit), with_unit(*deviation, unit))?;
     match deviations_to_limit {
         Some(n) if *n < 0.0 => write!(out, "; the mean is {:.1} standard deviations beyond the limit", -n)?,
         Some(n) => write!(out, "; the limit is {n:.1} standard deviations away")?,
         None => {}
     }
     writeln!(out)?;
+    if !left_out.is_empty() {
+        writeln!(out, "  (without what the sweep varies beside them: {})", printable(&left_out.join(", ")))?;
+    }
     if let Some(remark) = remark {
-        writeln!(out, "  (not in proportion, so only a first guess: {})", printable(remark))?;
+        writeln!(out, "  (only a first guess: {})", printable(remark))?;
     }
     writeln!(out)
 }

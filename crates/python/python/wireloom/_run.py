@@ -504,6 +504,8 @@ class Run:
         """
         if self._source is None:
             raise RequestError("a run that was read from a file has no scenario: use Scenario.sensitivities")
+        if not keys:
+            return {}
         found = sensitivities(self._source, [output], keys, step)
         for (_, key), reason in found.reasons.items():
             raise NoAnswerError(f"{output} has no derivative by {key}: {reason}; see Scenario.sensitivities")

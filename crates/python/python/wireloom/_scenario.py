@@ -238,7 +238,8 @@ class Scenario:
         another place becomes the worst, there is none; `sides` and `reasons` say more.
 
         Args:
-            of: names of requirements, or of columns of a sweep such as `force.plug-B`; empty: all requirements.
+            of: names of requirements, or of columns of a sweep such as `force.plug-B`; empty: the requirements that the
+                scenario and its sections give.
             by: keys, such as `branches.left.length`; empty: those that `[sweep]` varies.
             step: name of the step; by default the last one.
 
@@ -282,7 +283,8 @@ class Scenario:
             ScenarioError: the scenario or a table has faults.
             RequestError: what was asked cannot be answered.
             NoAnswerError: there is no equilibrium to begin with.
-            Interrupted: Ctrl-C; the exception has what was found so far.
+            Interrupted: Ctrl-C; the exception has what was found so far. Before there is anything, Ctrl-C is a plain
+                `KeyboardInterrupt`.
 
         >>> import wireloom
         >>> s = wireloom.loads(wireloom.EXAMPLE)
@@ -294,10 +296,10 @@ class Scenario:
         >>> found.status, found.estimates["sections.cable.bending_stiffness"].identifiable
         ('converged', True)
         """
-        if bool(shapes) == bool(bending):
+        of_shapes, of_bending = _study.tables("shapes", shapes), _study.tables("bending", bending)
+        if bool(of_shapes) == bool(of_bending):
             raise ValueError("give either shapes or bending")
-        tables = [_study.table(number, own) for number, own in enumerate(shapes or bending)]
-        return _study.identify(self, tables, bool(bending), fit, priors or {}, bounds or {}, smooth, noise)
+        return _study.identify(self, of_shapes or of_bending, bool(of_bending), fit, priors or {}, bounds or {}, smooth, noise)
 
     def optimise(self, *, on_design: Callable[[dict[str, Any]], object] | None = None) -> Optimised:
         """Chooses the numbers and words that `[optimise]` varies so that what it minimises is smallest and all

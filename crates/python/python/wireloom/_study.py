@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -55,10 +56,10 @@ class Sensitivities:
     deviations: Array
     """Their standard deviations."""
     effects: Array
-    """Change of the outputs by one standard deviation of each key, shape (outputs, keys): the root of the sum of the
-    squares along a row is its standard deviation."""
+    """Standard deviations by each key alone, with the sign of what more of it does, shape (outputs, keys): the root of
+    the sum of the squares along a row is its standard deviation."""
     remarks: Mapping[str, str]
-    """Why an output is not in proportion within the tolerances, by its name."""
+    """Why these may be far off, by the name of the output."""
 
     def __getitem__(self, place: tuple[str, str]) -> float:
         """The derivative of an output by a key.
@@ -66,6 +67,8 @@ class Sensitivities:
         Raises:
             KeyError: it was not asked for.
         """
+        if not isinstance(place, tuple) or len(place) != 2:
+            raise KeyError(f"{place!r}: give an output and a key")
         output, key = place
         if output not in self.outputs or key not in self.keys:
             raise KeyError(place)
@@ -171,8 +174,8 @@ def identify(
         list(tables),
         bending,
         _names("fit", fit),
-        [(key, (one, other)) for key, (one, other) in priors.items()],
-        [(key, (one, other)) for key, (one, other) in bounds.items()],
+        _pairs("priors", "value, deviation", priors),
+        _pairs("bounds", "least, largest", bounds),
         held,
         noise,
     )
@@ -265,11 +268,29 @@ def _names(what: str, names: Sequence[str]) -> list[str]:
     return list(names)
 
 
+def _pairs(what: str, form: str, pairs: Mapping[str, tuple[Given, Given]]) -> list[tuple[str, tuple[Given, Given]]]:
+    for key, pair in pairs.items():
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
+            raise TypeError(f"{what}[{key!r}] is a pair ({form}), not {pair!r}")
+        if any(isinstance(own, float) and not math.isfinite(own) for own in pair):
+            raise ValueError(f"{what}[{key!r}] has finite numbers, not {pair!r}")
+    return [(key, (one, other)) for key, (one, other) in pairs.items()]
+
+
+def tables(what: str, measured: Sequence[Measured]) -> list[tuple[str, str]]:
+    """Names and texts of tables."""
+    if isinstance(measured, (str, os.PathLike, Mapping)) or hasattr(measured, "columns"):
+        raise TypeError(f"{what} is a list of tables, not one table: write [...] around it")
+    return [table(number, own) for number, own in enumerate(measured)]
+
+
 def table(number: int, measured: Measured) -> tuple[str, str]:
     """Name and text of a table."""
     if isinstance(measured, (str, os.PathLike)):
         return os.fspath(measured), _wireloom.read(measured)
     columns = {str(name): list(measured[name]) for name in measured}
+    if not columns:
+        raise ValueError(f"table {number} has no columns")
     lengths = {len(column) for column in columns.values()}
     if len(lengths) > 1:
         raise ValueError(f"columns of a table have the same length, not {sorted(lengths)}")

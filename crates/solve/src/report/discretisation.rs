@@ -90,15 +90,18 @@ pub struct NodalErrors {
     pub moment: Vec<f64>,
     /// Of the position, m.
     pub position: Vec<f64>,
+    /// By how much the curvature between nodes is larger than at each, 1/m.
+    pub between: Vec<f64>,
     /// Order of the scheme all along the branch.
     pub order: u32,
 }
 
 impl NodalErrors {
-    /// Error of a bend radius R (m) at a node, m: by so much the true one may be smaller, `R − 1/(1/R + e)` with e the
-    /// error of the curvature; 0 where the cable is straight.
+    /// Error of a bend radius R (m) at a node, m: by so much the true one may be smaller there or between it and the
+    /// next nodes, `R − 1/(1/R + e)` with e the error of the curvature; 0 where the cable is straight.
     pub fn bend_radius(&self, node: usize, radius: f64) -> f64 {
-        if radius.is_finite() { radius - 1.0 / (1.0 / radius + self.curvature[node]) } else { 0.0 }
+        let error = self.curvature[node] + self.between[node];
+        if radius.is_finite() { radius - 1.0 / (1.0 / radius + error) } else { 0.0 }
     }
 
     /// Largest errors of the branch; `None` if some are not finite.
@@ -569,6 +572,7 @@ impl<'a> Samples<'a> {
             moment: whole.iter().map(|e| e * local).collect(),
             force: vec![0.0; n + 1],
             position: vec![0.0; n + 1],
+            between: between(self.branch, result),
             order: self.order(),
         };
         if let (Some(response), Some(turns)) = (response, turns) {
@@ -703,6 +707,23 @@ pub(crate) fn estimate(
         errors
     };
     results.iter().enumerate().map(estimate).collect()
+}
+
+/// By how much the curvature is largest between nodes, at the top of the parabola through that of a node without a
+/// station and of those beside it, 1/m: with β half the difference of these and γ half the second difference
+/// `β²/(−4 γ)`; times [`FINE_SAFETY`], as the curvature is no parabola.
+fn between(branch: &Branch, result: &BranchResult) -> Vec<f64> {
+    let bends: Vec<f64> = result.bend_radius.iter().map(|radius| 1.0 / radius).collect();
+    let mut all = vec![0.0; bends.len()];
+    for (k, three) in bends.windows(3).enumerate() {
+        let [before, here, after] = [three[0], three[1], three[2]];
+        let is_top = here >= before && here >= after && here > 0.5 * (before + after);
+        if is_top && branch.rod.mesh().station_frame(k + 1).is_none() {
+            let (slope, bend) = (0.5 * (after - before), 0.5 * (before + after) - here);
+            all[k + 1] = FINE_SAFETY * slope * slope / (-4.0 * bend);
+        }
+    }
+    all
 }
 
 /// Whether the harness touches something, or itself.

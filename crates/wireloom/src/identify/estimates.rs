@@ -95,6 +95,10 @@ impl Fit<'_> {
         if at.ending != Ending::Stopped && self.ask_further(at, &statistics, model, &mut reasons).is_err() {
             at.ending = Ending::Stopped;
         }
+        if at.ending == Ending::Stopped {
+            let why = || "the search was interrupted before it had ended".to_owned();
+            reasons.iter_mut().for_each(|reason| *reason = Some(why()));
+        }
         let estimate = |(i, reason)| self.estimate(i, at, &statistics, reason);
         let estimates = reasons.into_iter().enumerate().map(estimate).collect();
         (statistics, estimates)

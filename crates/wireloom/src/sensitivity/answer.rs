@@ -54,6 +54,9 @@ pub struct Sensitivities {
     pub parameters: Vec<Parameter>,
     /// The outputs.
     pub outputs: Vec<Output>,
+    /// Keys that the scenario's sweep varies, too, and that have no part in spreads.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tolerances_left_out: Vec<String>,
 }
 
 /// A parameter.
@@ -80,6 +83,8 @@ pub struct Tolerance {
     pub mean: f64,
     /// Its standard deviation.
     pub deviation: f64,
+    /// Whether it is uniform; otherwise it is normal.
+    pub is_uniform: bool,
 }
 
 /// An output with its derivatives.
@@ -100,19 +105,20 @@ pub struct Output {
     pub spread: Option<Spread>,
 }
 
-/// How tolerances spread an output, as if it depended on each parameter alone and in proportion; SI.
+/// How tolerances spread an output, as if each parameter changed it alone, along a parabola; SI.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Spread {
     /// Mean.
     pub mean: f64,
     /// Standard deviation.
     pub deviation: f64,
-    /// Change by one standard deviation of each parameter, half the difference between both sides, in the order of the
-    /// parameters; 0 for those without tolerance.
+    /// Standard deviation by each parameter alone, with the sign of what more of it does, in the order of the
+    /// parameters; 0 for those without tolerance. The sum of their squares is the square of the standard deviation.
     pub parts: Vec<f64>,
-    /// Distance of the mean from the limit of a requirement, in standard deviations; below 0 beyond the limit.
+    /// Distance of a requirement from its limit, which may be spread, too: mean over standard deviation; below 0 beyond
+    /// the limit. `None` where the worst value of the run is elsewhere.
     pub deviations_to_limit: Option<f64>,
-    /// Why it is not in proportion.
+    /// Why it may be far off.
     pub remark: Option<String>,
 }
 

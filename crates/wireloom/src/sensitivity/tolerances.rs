@@ -3,16 +3,27 @@
 use super::Study;
 use super::answer::{NoAnswer, Output, Parameter, Sensitivities, Source, Spread, Tolerance};
 use wireloom_core::Value;
-use wireloom_core::requirement::Bound;
 use wireloom_scenario::record::with_value;
 use wireloom_scenario::sweep::Range;
 
-/// Variance by curvature, relative to that of what is in proportion, from which on an output is curved: its standard
-/// deviation is then some 5 % larger.
+/// Variance by curvature, relative to the whole, from which on an output is told to be curved.
 const CURVED: f64 = 0.1;
+/// Difference between the effect of a tolerance and what the derivative says of it, relative to the larger one, from
+/// which on it is told.
+const OTHER_THAN_DERIVATIVE: f64 = 0.15;
+/// Effect, relative to the standard deviation by all, below which it does not matter.
+const SMALL: f64 = 0.1;
 
-/// Values of all outputs in a run, or why there are none.
-type Values = Result<Vec<Option<f64>>, String>;
+/// An output in a run.
+#[derive(Clone, Copy)]
+struct Point {
+    value: f64,
+    /// Distance from the limit of a requirement; below 0 beyond it.
+    gap: Option<f64>,
+}
+
+/// All outputs in a run, or why there are none.
+type Points = Result<Vec<Option<Point>>, String>;
 
 impl Study<'_> {
     /// How the scenario's sweep spreads the number at a key.
@@ -21,9 +32,9 @@ impl Study<'_> {
         let tolerance = match axis.range {
             Range::Values(_) => return None,
             Range::Uniform { from, to, .. } => {
-                Tolerance { mean: 0.5 * (from + to), deviation: (to - from) / 12.0_f64.sqrt() }
+                Tolerance { mean: 0.5 * (from + to), deviation: (to - from) / 12.0_f64.sqrt(), is_uniform: true }
             }
-            Range::Normal { mean, deviation, .. } => Tolerance { mean, deviation },
+            Range::Normal { mean, deviation, .. } => Tolerance { mean, deviation, is_uniform: false },
         };
         (tolerance.deviation > 0.0).then_some(tolerance)
     }
@@ -36,27 +47,40 @@ impl Study<'_> {
         if found.parameters.iter().all(|parameter| parameter.tolerance.is_none()) {
             return Ok(found);
         }
+        let axes = self.scenario.sweep.iter().flat_map(|sweep| &sweep.axes).map(|axis| &axis.key);
+        let in_it = |key: &&String| found.parameters.iter().any(|own| own.key == **key && own.tolerance.is_some());
+        found.tolerances_left_out = axes.filter(|key| !in_it(key)).cloned().collect();
+        let here = self.points(&found.outputs, step);
         let names: Vec<String> = found.outputs.iter().map(|output| output.name.clone()).collect();
         let mut runs = Vec::with_capacity(found.parameters.len());
         for parameter in &found.parameters {
             runs.push(match parameter.tolerance {
                 Some(Tolerance { deviation, .. }) => Some([
-                    self.values(parameter, -deviation, step, &names)?,
-                    self.values(parameter, deviation, step, &names)?,
+                    self.changed(parameter, -deviation, step, &names)?,
+                    self.changed(parameter, deviation, step, &names)?,
                 ]),
                 None => None,
             });
         }
-        for (k, output) in found.outputs.iter_mut().enumerate() {
-            let line = self.ends[step + 1].requirements.iter().find(|line| line.name == output.name);
-            let limit = line.map(|line| (line.bound, line.limit));
-            output.spread = spread(output, k, &found.parameters, &runs, limit);
+        for (k, (output, here)) in found.outputs.iter_mut().zip(here).enumerate() {
+            output.spread = here.and_then(|here| spread(output, here, k, &found.parameters, &runs));
         }
         Ok(found)
     }
 
-    /// Outputs at the end of a step of the scenario with another value of a parameter.
-    fn values(&self, parameter: &Parameter, more: f64, step: usize, names: &[String]) -> Result<Values, NoAnswer> {
+    /// Values of outputs at the end of a step, with their distances from limits.
+    fn points(&self, outputs: &[Output], step: usize) -> Vec<Option<Point>> {
+        let lines = &self.ends[step + 1].requirements;
+        let point = |output: &Output| {
+            let line = lines.iter().find(|line| line.name == output.name);
+            let value = output.value?;
+            Some(Point { value, gap: line.map(|line| line.bound.gap(value, line.limit)) })
+        };
+        outputs.iter().map(point).collect()
+    }
+
+    /// Outputs at the end of a step of the scenario with more of a parameter.
+    fn changed(&self, parameter: &Parameter, more: f64, step: usize, names: &[String]) -> Result<Points, NoAnswer> {
         let value = Value::Number(parameter.value + more);
         let refused = |message: &str| Ok(Err(format!("{} = {}: {message}", parameter.key, parameter.value + more)));
         let text = match with_value(&self.source.text, &parameter.key, &value, self.source.registry) {
@@ -68,10 +92,11 @@ impl Study<'_> {
             (self.requirements)(&mut other.network);
             other.start_near(&self.network, &self.ends[0].checkpoint);
             other.run_to(step)?;
-            other.derivatives((step, other.steps[step].increments), names, &[])
+            let found = other.derivatives((step, other.steps[step].increments), names, &[])?;
+            Ok(other.points(&found.outputs, step))
         });
         match found {
-            Ok(found) => Ok(Ok(found.outputs.into_iter().map(|output| output.value).collect())),
+            Ok(points) => Ok(Ok(points)),
             Err(none @ (NoAnswer::Stopped | NoAnswer::Part(_))) => Err(none),
             Err(NoAnswer::Faults(faults)) => refused(faults.first().map_or("", |fault| fault.message.as_str())),
             Err(none) => refused(&none.to_string()),
@@ -79,46 +104,91 @@ impl Study<'_> {
     }
 }
 
+/// A parabola through a quantity at −σ, 0 and σ of a parameter, in units of σ.
+struct Parabola {
+    slope: f64,
+    bend: f64,
+}
+
+impl Parabola {
+    fn new(below: f64, here: f64, above: f64) -> Self {
+        Self { slope: 0.5 * (above - below), bend: 0.5 * (above - here + (below - here)) }
+    }
+
+    /// What the tolerance adds to the mean, and the standard deviation that it makes, with the sign of the slope.
+    fn moments(&self, tolerance: &Tolerance, value: f64) -> (f64, f64) {
+        let from_mean = (tolerance.mean - value) / tolerance.deviation;
+        let slope = self.slope + 2.0 * self.bend * from_mean;
+        let shift = self.slope * from_mean + self.bend * (from_mean * from_mean + 1.0);
+        (shift, slope.hypot(self.bend * bend_factor(tolerance)).copysign(slope))
+    }
+}
+
+/// Standard deviation of z², with z of mean 0 and variance 1.
+fn bend_factor(tolerance: &Tolerance) -> f64 {
+    if tolerance.is_uniform { 0.8_f64.sqrt() } else { 2.0_f64.sqrt() }
+}
+
 /// How an output is spread, of which this is the number; `runs`: below and above, for each parameter with a tolerance.
 fn spread(
     output: &Output,
+    here: Point,
     number: usize,
     parameters: &[Parameter],
-    runs: &[Option<[Values; 2]>],
-    limit: Option<(Bound, f64)>,
+    runs: &[Option<[Points; 2]>],
 ) -> Option<Spread> {
-    let value = output.value?;
-    let mut spread = Spread { mean: value, ..Spread::default() };
-    let mut curvature = 0.0;
+    let mut spread = Spread { mean: here.value, ..Spread::default() };
+    // Mean and variance of the distance from the limit.
+    let mut gap = here.gap.map(|gap| (gap, 0.0));
+    let (mut curved, mut others) = (0.0, Vec::new());
     for ((parameter, derivative), runs) in parameters.iter().zip(&output.by).zip(runs) {
-        let (Some(Tolerance { mean, deviation }), Some([below, above])) = (parameter.tolerance, runs) else {
+        let (Some(tolerance), Some([below, above])) = (&parameter.tolerance, runs) else {
             spread.parts.push(0.0);
             continue;
         };
-        let at = |run: &Values| run.as_ref().ok().and_then(|values| values[number]);
-        let part = match at(below).zip(at(above)) {
+        let key = &parameter.key;
+        let by_slope = derivative.value.map(|slope| slope * tolerance.deviation);
+        let at = |run: &Points| run.as_ref().ok().and_then(|points| points[number]);
+        let parabola = match at(below).zip(at(above)) {
             Some((below, above)) => {
-                let bent = 0.5 * (above - value + (below - value));
-                curvature += 2.0 * bent * bent;
-                spread.mean += bent;
-                0.5 * (above - below)
+                gap = gap.zip(below.gap.zip(above.gap)).zip(here.gap).map(|(((mean, variance), (a, b)), own)| {
+                    let (shift, part) = Parabola::new(a, own, b).moments(tolerance, parameter.value);
+                    (mean + shift, variance + part * part)
+                });
+                Parabola::new(below.value, here.value, above.value)
             }
             None => {
                 let why = [below, above].into_iter().find_map(|run| run.as_ref().err());
-                let why = why.cloned().unwrap_or_else(|| format!("{}: it has no value on one side", parameter.key));
+                let why = why.cloned().unwrap_or_else(|| format!("{key}: it has no value on one side"));
                 spread.remark.get_or_insert(why);
-                derivative.value? * deviation
+                gap = None;
+                Parabola { slope: by_slope?, bend: 0.0 }
             }
         };
-        spread.mean += derivative.value.unwrap_or(part / deviation) * (mean - parameter.value);
+        if (tolerance.mean - parameter.value).abs() > tolerance.deviation {
+            spread.remark.get_or_insert_with(|| format!("the mean of {key} is far from its value in the scenario"));
+        }
+        let apart = by_slope.is_some_and(|by_slope| {
+            (by_slope - parabola.slope).abs() > OTHER_THAN_DERIVATIVE * by_slope.abs().max(parabola.slope.abs())
+        });
+        let (shift, part) = parabola.moments(tolerance, parameter.value);
+        if apart {
+            others.push((key, parabola.slope.abs().max(by_slope.unwrap_or(0.0).abs())));
+        }
+        curved += (parabola.bend * bend_factor(tolerance)).powi(2);
+        spread.mean += shift;
         spread.parts.push(part);
     }
     let variance: f64 = spread.parts.iter().map(|part| part * part).sum();
     spread.deviation = variance.sqrt();
-    if curvature > CURVED * variance {
+    if curved > CURVED * variance {
         spread.remark.get_or_insert_with(|| "it is curved within the tolerances".to_owned());
     }
-    let to_limit = limit.map(|(bound, limit)| bound.gap(spread.mean, limit) / spread.deviation);
+    if let Some((key, _)) = others.iter().find(|(_, effect)| *effect > SMALL * spread.deviation) {
+        spread.remark.get_or_insert_with(|| format!("within its tolerance {key} does other than its derivative says"));
+    }
+    // A worst value that is elsewhere on the path is another one than this.
+    let to_limit = gap.filter(|_| output.remark.is_none()).map(|(mean, variance)| mean / variance.sqrt());
     spread.deviations_to_limit = to_limit.filter(|deviations| deviations.is_finite());
     Some(spread)
 }
