@@ -328,7 +328,7 @@ impl<'n> Kept<'n> {
             let settled = kept.settle(&mut problem, &mut state);
             kept.checkpoint.state.copy_from(&state);
             kept.checkpoint.conditions = problem.conditions().clone();
-            // A contact that bore next to no force has opened, or one closed: the factor is that of others.
+            // Where a contact that bore next to no force has opened, the factor was that of one more.
             let now = bearing(&problem);
             match settled {
                 Ok(_) => break,

@@ -116,7 +116,7 @@ pub struct Spread {
     /// parameters; 0 for those without tolerance. The sum of their squares is the square of the standard deviation.
     pub parts: Vec<f64>,
     /// Distance of a requirement from its limit, which may be spread, too: mean over standard deviation; below 0 beyond
-    /// the limit. `None` where the worst value of the run is elsewhere.
+    /// the limit. `None` where the worst value of the run is elsewhere, or a run within a tolerance has none.
     pub deviations_to_limit: Option<f64>,
     /// Why it may be far off.
     pub remark: Option<String>,
