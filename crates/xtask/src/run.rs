@@ -1,7 +1,8 @@
 //! Runs other programs in the repository.
 
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::time::Instant;
 
 /// Root of the repository.
@@ -23,11 +24,50 @@ pub fn command(program: &str, arguments: &[&str]) -> Command {
 
 /// Runs a step; prints its purpose and its duration.
 pub fn step(why: &str, command: &mut Command) -> Result<(), String> {
+    report(why, command, |command| Ok((command.status()?, String::new())))
+}
+
+/// Runs a step of tests. Their failures are printed again at the end: a log may be cut to its last lines.
+pub fn tests(why: &str, command: &mut Command) -> Result<(), String> {
+    report(why, command, |command| {
+        let mut child = command.stdout(Stdio::piped()).spawn()?;
+        let failures = failures(BufReader::new(child.stdout.take().expect("a pipe")), &mut io::stdout())?;
+        Ok((child.wait()?, failures))
+    })
+}
+
+/// Copies what tests print, and returns the beginning of what each failed test said.
+fn failures(printed: impl BufRead, out: &mut impl Write) -> io::Result<String> {
+    const LINES: usize = 30;
+    let (mut failures, mut lines) = (String::new(), None);
+    for line in printed.split(b'\n') {
+        let line = line?;
+        let line = String::from_utf8_lossy(&line);
+        writeln!(out, "{line}")?;
+        if line == "failures:" || (lines.is_some() && line.starts_with("---- ")) {
+            lines = Some(0);
+        } else if line.starts_with("test result: ") {
+            lines = None;
+        }
+        if let Some(lines) = lines.as_mut().filter(|lines| **lines < LINES) {
+            *lines += 1;
+            failures += &format!("{line}\n");
+        }
+    }
+    Ok(failures)
+}
+
+fn report(
+    why: &str,
+    command: &mut Command,
+    carry_out: impl FnOnce(&mut Command) -> io::Result<(ExitStatus, String)>,
+) -> Result<(), String> {
     println!("\n== {why}\n   {}", words(command));
     let clock = Instant::now();
-    let status = command.status().map_err(|error| format!("{} cannot be run: {error}", words(command)))?;
+    let ended = carry_out(command);
+    let (status, failures) = ended.map_err(|error| format!("{} cannot be run: {error}", words(command)))?;
     if !status.success() {
-        return Err(format!("\nfailed: {why}\n   {} ({status})", words(command)));
+        return Err(format!("\n{failures}failed: {why}\n   {} ({status})", words(command)));
     }
     println!("   {:.0} s", clock.elapsed().as_secs_f64());
     Ok(())
@@ -41,4 +81,19 @@ pub fn works(command: &mut Command) -> bool {
 fn words(command: &Command) -> String {
     let program = std::iter::once(command.get_program()).chain(command.get_args());
     program.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn failures_are_repeated_without_their_long_ends() {
+        let printed = format!("ok\nfailures:\n\n---- one ----\n{}\n---- two ----\nwhy\n", "line\n".repeat(40));
+        let printed = printed + "test result: FAILED. 2 failed\n\nrunning 0 tests\n";
+        let mut copied = vec![];
+        let repeated = super::failures(printed.as_bytes(), &mut copied).expect("lines");
+        assert_eq!(copied, printed.as_bytes());
+        let (one, two) = repeated.split_once("---- two ----\n").expect("both");
+        assert_eq!((one.matches("line\n").count(), two), (29, "why\n"));
+        assert!(!repeated.contains("ok\n") && !repeated.contains("running"));
+    }
 }

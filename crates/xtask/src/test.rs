@@ -1,7 +1,7 @@
 //! `cargo xtask test`: all checks. Fast checks come first.
 
 use crate::package;
-use crate::run::{command, root, step, target};
+use crate::run::{command, root, step, target, tests};
 use crate::tools;
 
 /// Installs missing tools, then checks format, lints, docs, tests and licences.
@@ -13,18 +13,18 @@ pub fn test() -> Result<(), String> {
     features()?;
     let docs = ["doc", "--quiet", "--workspace", "--no-deps"];
     step("docs: no broken links", command("cargo", &docs).env("RUSTDOCFLAGS", "-D warnings"))?;
-    let tests = ["test", "--quiet", "--workspace", "--no-fail-fast"];
-    let mut tests = command("cargo", &tests);
-    tests.env("WIRELOOM_GPU_TESTS", if tools::vulkan() { "require" } else { "auto" });
+    let all = ["test", "--quiet", "--workspace", "--no-fail-fast"];
+    let mut all = command("cargo", &all);
+    all.env("WIRELOOM_GPU_TESTS", if tools::vulkan() { "require" } else { "auto" });
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // GPU drivers expect this variable and print a warning at every start without it.
-        tests.env("XDG_RUNTIME_DIR", tools::runtime()?);
+        all.env("XDG_RUNTIME_DIR", tools::runtime()?);
     }
     let python = tools::python();
     if let Some(python) = &python {
-        tests.env("WIRELOOM_PYTHON", python);
+        all.env("WIRELOOM_PYTHON", python);
     }
-    step("tests and doc tests", &mut tests)?;
+    tests("tests and doc tests", &mut all)?;
     if let Some(python) = &python {
         package::test(python)?;
     }
