@@ -60,6 +60,9 @@ fn main() {
     trials.push(Trial::test("order: cantilever, against the closed form", order_of_the_cantilever));
     trials.push(Trial::test("order: sag between clamps", order_of_the_sag));
     trials.push(Trial::test("order: hook with rest curvature", order_of_the_hook));
+    for case in hard_cases() {
+        trials.push(Trial::test(format!("error: {}", case.name), move || within_its_estimate(&case)));
+    }
     libtest_mimic::run(&arguments, trials).exit();
 }
 
@@ -502,4 +505,95 @@ fn order_of_the_sag() -> Result<(), Failed> {
 /// A hook of radius 0.3 m that hangs from one end.
 fn order_of_the_hook() -> Result<(), Failed> {
     fourth_order(&errors(&curves(5, |segments| cable(segments, -9.81, 1.0 / 0.3, ""))?))
+}
+
+// ---- error and its estimate -------------------------------------------------------------------------------------
+
+/// A cable on which a scheme or the estimate of its error once failed.
+struct Hard {
+    name: &'static str,
+    text: String,
+    /// Largest error with 40 segments, m: 1.5 times what was found.
+    most: f64,
+    /// Least order from 40 to 160 segments. Near a clamp a heavy or a thin cable bends within two segments of 25 mm.
+    order: f64,
+}
+
+/// Cables of 1 m with `{n}` segments, clamped at A.
+fn hard_cases() -> Vec<Hard> {
+    let text = |stiffness: &str, density: f64, rest: &str, curvature: &str| {
+        let section = format!(
+            "[sections.cable]\ndiameter = \"8 mm\"\nlinear_density = {density}\naxial_stiffness = 2e4\n\
+             shear_stiffness = [8000, 8000]\n{stiffness}\n"
+        );
+        let branch = cables::branch("cable", ["A", "B"], "cable", 1.0, 77).replace("= 77", "= {n}");
+        let start = "schema = 1\n[minimiser]\nforce_tolerance = 1e-9\n";
+        [start, &section, &branch, curvature, rest].concat()
+    };
+    let clamp = |along: &str, up: &str| {
+        format!(
+            "[[constraints]]\nname = \"a\"\nkind = \"connector\"\nat = {{ end = \"A\" }}\nposition = [0, 0, 0]\n\
+                 tangent = {along}\nup = {up}\n"
+        )
+    };
+    let flat = clamp("[1, 0, 0]", "[0, 0, 1]");
+    let plug = "[[constraints]]\nname = \"b\"\nkind = \"connector\"\nat = { end = \"B\" }\n";
+    let at_middle = |more: &str| {
+        format!("[[constraints]]\nname = \"c\"\nkind = \"collar\"\nat = {{ branch = \"cable\", s = 0.5 }}\n{more}\n")
+    };
+    let step = |moves: &str| format!("[[steps]]\nname = \"move\"\nincrements = 20\n{moves}");
+    let to = |constraint: &str, pose: &str| format!("[[steps.move]]\nconstraint = \"{constraint}\"\n{pose}\n");
+    let bent = to("b", "position = [0.7, 0.35, -0.1]\ntangent = [0.2, 0.9, 0.3]");
+    let round = "bending_stiffness = 0.03\ntorsion_stiffness = 0.025";
+    let clip = [&*flat, plug, &at_middle("hold = [\"position\", \"tangent\", \"twist\"]")].concat();
+    let ring = [&*flat, plug, &at_middle("hold = [\"position\"]\nslide = true")].concat();
+    let moved = to("c", "position = [0.42, 0.05, 0.08]");
+    let turned = to("c", "position = [0.42, 0.05, 0.08]\ntangent = [0.8, 0.5, -0.3]\nturns = 0.2");
+    let ribbon = "bending_stiffness = [0.02, 0.0008]\ntorsion_stiffness = 0.0015";
+    let pulled = step(&to("b", "position = [0.88, 0.05, 0]"));
+    let spun = "[[steps]]\nname = \"spin\"\nincrements = 20\nmove = [{ constraint = \"b\", turns = 0.3 }]\n";
+    // 95 % of the weight under which a clamped column buckles (Greenhill 1881).
+    let column = 0.12 * 9.81 / (7.8373 * 0.95);
+    let column = format!("bending_stiffness = {column}\ntorsion_stiffness = 0.12");
+    let upright = clamp("[0, 0, 1]", "[1, 0, 0]");
+    let heavy = "bending_stiffness = 0.002\ntorsion_stiffness = 0.0015";
+    let case = |name, text: String, most, order| Hard { name, text, most, order };
+    vec![
+        case(
+            "a clip within",
+            text(round, 0.12, &[&*clip, &step(&[&*bent, &turned].concat())].concat(), ""),
+            1.5e-5,
+            3.9,
+        ),
+        case("a ring within", text(round, 0.12, &[&*ring, &step(&[&*bent, &moved].concat())].concat(), ""), 4e-6, 3.7),
+        case("a ribbon, spun", text(ribbon, 0.12, &[&*flat, plug, &pulled, spun].concat(), ""), 7e-4, 3.1),
+        case("a heavy cable", text(heavy, 0.5, &[&*flat, plug, &pulled].concat(), ""), 3e-4, 3.2),
+        case("a column, almost buckled", text(&column, 0.12, &upright, "curvature = [0.02, 0, 0]\n"), 5e-7, 3.7),
+    ]
+}
+
+/// The error of positions is within the estimate that is stated, on coarse and on fine meshes, and falls as it should.
+/// The limit is a mesh of 640 segments.
+fn within_its_estimate(case: &Hard) -> Result<(), Failed> {
+    let end = |segments: usize| {
+        let text = case.text.replace("{n}", &segments.to_string());
+        let run = text_converged(&text, &wireloom::scenario::NoFiles, Swap::default())
+            .map_err(|e| format!("{segments} segments: {e:?}"))?;
+        let branch = run.steps.into_iter().next_back().ok_or("no step")?.branches.swap_remove(0);
+        let nodes = branch.position.iter().step_by(segments / MESHES[0]).copied().collect::<Vec<Vector>>();
+        Ok::<_, Failed>((nodes, branch.error.ok_or("no estimate")?.position))
+    };
+    let (limit, _) = end(640)?;
+    let mut errors = vec![];
+    for segments in [20, 40, 80, 160] {
+        let (nodes, estimate) = end(segments)?;
+        let error = nodes.iter().zip(&limit).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        if error > estimate {
+            return Err(format!("{segments} segments: {error:e} m, estimated as {estimate:e} m").into());
+        }
+        errors.push(error);
+    }
+    let order = (errors[1] / errors[3]).log2() / 2.0;
+    let kept = errors[1] <= case.most && order >= case.order;
+    if kept { Ok(()) } else { Err(format!("order {order:.2}, errors {errors:?}").into()) }
 }

@@ -36,8 +36,8 @@ pub struct Beside {
     pub segment: usize,
     /// Indices in the row of frames of the stations at its first and second node.
     pub stations: [Option<usize>; 2],
-    /// Index in the row of frames of the next segment, on the side away from the only station; where both segments are
-    /// of one length and the mesh is fine enough for a scheme of fourth order.
+    /// Index in the row of frames of the next segment, on the side away from the only station; where this segment and
+    /// the next two are of one length and the mesh is fine enough for a scheme of fourth order.
     pub next: Option<usize>,
 }
 
@@ -124,14 +124,14 @@ impl Mesh {
 
     /// [`Beside::next`] of a segment with these stations.
     fn next(&self, segment: usize, stations: [Option<usize>; 2]) -> Option<usize> {
-        let next = match stations {
-            [Some(_), None] => segment + 1,
-            [None, Some(_)] => segment.checked_sub(1)?,
+        let [next, beyond] = match stations {
+            [Some(_), None] => [segment + 1, segment + 2],
+            [None, Some(_)] => [segment.checked_sub(1)?, segment.checked_sub(2)?],
             _ => return None,
         };
-        let (own, other) = (self.rest_lengths[segment], *self.rest_lengths.get(next)?);
-        let alike = (own - other).abs() <= 1e-6 * own;
-        (alike && self.is_fine(segment)).then(|| self.segment_frames[next])
+        let own = self.rest_lengths[segment];
+        let alike = |j: usize| self.rest_lengths.get(j).is_some_and(|other| (own - other).abs() <= 1e-6 * own);
+        (alike(next) && alike(beyond) && self.is_fine(segment)).then(|| self.segment_frames[next])
     }
 
     /// Writes the coupling lengths λ_c (m) for given rest lengths (m): half a segment beside a station, otherwise half

@@ -12,16 +12,16 @@ use std::ops::{Mul, Neg};
 /// meshes that are too coarse for [`WIDE_SHIFTS`].
 const STATION_SHIFT: f64 = 1.0 / 24.0;
 
-/// What is lumped at a station and at the next two nodes, as fractions of a segment's load, beside the half that each
-/// segment lumps at either node. Nodes between segments stand for `x − (ℓ²/24) x″` of the centre line
-/// ([`crate::rod`]), so by the halves alone the potential of a load per length, w, differs from that of the rod by
-/// `w (−(ℓ²/24) x′ + (ℓ³/48) x″)` at the start of a span. These fractions take that out ([`STATION_SHIFT`] the first
-/// term): with `x_1 ≈ x + ℓ x′ + (11/24) ℓ² x″` and `x_2 ≈ x + 2 ℓ x′ + (47/24) ℓ² x″`.
-const WIDE_SHIFTS: [f64; 3] = [-48.0 / 600.0, 71.0 / 600.0, -23.0 / 600.0];
+/// What is lumped at a station and at the next three nodes, as fractions of a segment's load, beside the half that each
+/// segment lumps at either node. Nodes between segments stand for `x − (ℓ²/24) x″ + (7/5760) ℓ⁴ x⁗` of the centre line
+/// ([`crate::rod`]; the edge between two of them is ℓ times the tangent at its middle). So by the halves alone the
+/// potential of a load per length, w, differs from that of the rod by `w (−(ℓ²/24) x′ + (ℓ³/48) x″ + (7/1920) ℓ⁴ x‴)`
+/// at the start of a span. These fractions take all of it out ([`STATION_SHIFT`] the first term).
+const WIDE_SHIFTS: [f64; 4] = [-223.0 / 2080.0, 10039.0 / 49920.0, -1017.0 / 8320.0, 283.0 / 9984.0];
 
 /// Fractions of [`WIDE_SHIFTS`] for a segment with one station or two, at the nodes that they belong to.
 fn shifts(beside: &Beside) -> impl Iterator<Item = (usize, f64)> {
-    let fractions = if beside.next.is_some() { WIDE_SHIFTS } else { [-STATION_SHIFT, STATION_SHIFT, 0.0] };
+    let fractions = if beside.next.is_some() { WIDE_SHIFTS } else { [-STATION_SHIFT, STATION_SHIFT, 0.0, 0.0] };
     let j = beside.segment;
     let at = move |k: usize, side: usize| if side == 0 { j + k } else { (j + 1).wrapping_sub(k) };
     let sides = [0, 1].into_iter().filter(|side| beside.stations[*side].is_some());

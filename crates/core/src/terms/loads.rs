@@ -63,7 +63,7 @@ struct SegmentLoad {
 type Lumps = [(usize, f64); LUMPS];
 
 /// Most points at which the load of a segment is lumped.
-const LUMPS: usize = 3;
+const LUMPS: usize = 4;
 
 /// Derivative of the gradient of a load at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -19,10 +19,10 @@
 //! − (ℓ²/24) x″`,
 //!
 //! ```text
-//! D = − Σ_c (λ⁵/180) κ″ᵀ C κ″           what the variation within a cell leaves (symbol of the scheme: 1 − (kλ)⁴/90)
-//!     − Σ_c (3/640) λ⁵ |κ|⁴ m · κ       κ of a coupling is the angle over the length but for φ⁴·3/640
+//! D = Σ_c λ⁵ f ∓ Σ_i ℓ⁴ b               what couplings leave in their cells and at stations: see `cells`
 //!     + Σ_j n · a                       a: what the stencils at stations leave, and a change of ℓ along the branch
 //!     − Σ_i ((ℓ²/24) at i − that of the segments) ρ g · Δx′
+//!     + Σ_j ((f − 1) ℓ³/24) (κ′ᵀ C κ′ − Qᵀ C⊥⁻¹ Q)   frames aligned with their edges (`kirchhoff`), Q across them
 //! ```
 //!
 //! The computed equilibrium minimises
@@ -39,8 +39,12 @@
 //! Where H is not available (loads without a potential have none, or the state is no equilibrium of known stability),
 //! the estimate is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where
 //! cables touch something H contains the contacts that act, and where they slide the arc length at the constraint is
-//! fixed; with another mesh both would differ a little, so the estimate is doubled there.
+//! fixed; with another mesh both would differ a little, so the estimate is doubled there, that of positions tripled
+//! where they slide.
 
+mod cells;
+
+use cells::Curvature;
 use wireloom_core::equilibrium::{BranchError, BranchResult};
 use wireloom_core::network::Branch;
 use wireloom_core::problem::{Hessian, Problem};
@@ -56,20 +60,26 @@ const COARSE: f64 = 0.8;
 /// Divisor of the fourth power of the angle of a cell (rad): the error of the law of a coupling relative to its
 /// curvature.
 const LAW: f64 = 300.0;
-/// Error of the law of a coupling relative to its curvature, for the angle of a cell to the fourth power.
-const LAW_LEADING: f64 = 3.0 / 640.0;
 /// Fraction of a segment's load that a station passes to the next node where the scheme is of second order.
 const STATION_SHIFT: f64 = 1.0 / 24.0;
-/// Divisor of `ℓ² Δ² x″` in what the wide stencil at a station leaves of its edge.
-const WIDE_STENCIL: f64 = 155.0;
-/// Further factor in a scheme of fourth order: of what stations do to it, only the edges are known.
+/// Factor of `ℓ² Δ² x″` in what the wide stencil at a station leaves of its edge (put `x′ = exp(−a s)` into it).
+const WIDE_STENCIL: f64 = 23.0 / 5760.0;
+/// Coefficients of κ, κ′ ℓ and κ″ ℓ² at a station in the curvatures of the couplings at ¼ ℓ, ℓ and 2 ℓ from it.
+const AT_STATION: [[f64; 3]; 3] =
+    [[32.0 / 21.0, -2.0 / 3.0, 1.0 / 7.0], [-16.0 / 7.0, 3.0, -5.0 / 7.0], [32.0 / 21.0, -8.0 / 3.0, 8.0 / 7.0]];
+/// Further factor in a scheme of fourth order, whose leading term is most of the error on fine meshes only.
 const FINE_SAFETY: f64 = 1.5;
+/// By how much errors of positions and forces are larger than the leading term says, for the fourth power of the
+/// largest change of curvature from coupling to coupling, relative to the largest curvature.
+const STEEP: f64 = 10.0;
 /// Nodes from a station on, at which the estimate of a scheme of fourth order is that of the next one.
 const CUT_OFF: usize = 4;
 /// Divisor of `ℓ² Δ x″` in what the narrow one leaves.
 const NARROW_STENCIL: f64 = 96.0;
-/// Factor where cables touch something or slide.
+/// Factor where cables touch something.
 const CONTACT_SAFETY: f64 = 2.0;
+/// Further factor on positions where they slide.
+const SLIDE_SAFETY: f64 = 1.5;
 /// Nodes on each side over which the envelope is taken.
 const REACH: usize = 2;
 /// Least error as a fraction of the sizes of its two parts, which may cancel.
@@ -124,6 +134,7 @@ impl NodalErrors {
 struct Samples<'a> {
     branch: &'a Branch,
     shape: BranchShape<'a>,
+    result: &'a BranchResult,
     /// κ of each coupling, 1/m.
     curvature: Vec<Vector>,
     /// κ°, 1/m.
@@ -142,6 +153,8 @@ struct Samples<'a> {
     fine: Vec<bool>,
     /// Factor on the variation of curvature; another one than 1 is for a rod that has further errors of second order.
     variation: f64,
+    /// f − 1 of a rod whose frames are aligned with their edges: the alignment has the compliance `(f − 1) (ℓ²/12)/EI`.
+    alignment: f64,
     /// n of each segment, N, world.
     forces: Vec<Vector>,
     /// x″ at the start and at the end of each segment, 1/m, world.
@@ -149,7 +162,7 @@ struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    fn new(problem: &'a Problem<'_>, state: &'a State, index: usize, result: &BranchResult) -> Self {
+    fn new(problem: &'a Problem<'_>, state: &'a State, index: usize, result: &'a BranchResult) -> Self {
         let branch = &problem.network.branches[index];
         let shape = problem.shape(state, index);
         let mesh = branch.rod.mesh();
@@ -177,6 +190,7 @@ impl<'a> Samples<'a> {
         let mut samples = Self {
             branch,
             shape,
+            result,
             place: Vec::with_capacity(couplings),
             curvature,
             rest,
@@ -185,6 +199,7 @@ impl<'a> Samples<'a> {
             discrete_stiffness,
             blends,
             variation,
+            alignment: (variation - 1.0).max(0.0),
             // In contact the polygon is what touches: the error is of second order.
             fine: (0..n).map(|j| branch.rod.couples_pairs() && mesh.is_fine(j) && !touches(problem)).collect(),
             forces: vec![Vector::zeros(); n],
@@ -272,9 +287,16 @@ impl<'a> Samples<'a> {
         share
     }
 
-    /// a of a segment, m.
+    /// a of a segment, m, with the offset `−ℓ Γ` of an alignment, whose part of D is `−½ ℓ n · Γ`.
     fn edge_offset(&self, j: usize) -> Vector {
-        self.offset_factors(j).map(|(of, end, factor)| self.bends[of][end] * factor).sum()
+        let offset: Vector = self.offset_factors(j).map(|(of, end, factor)| self.bends[of][end] * factor).sum();
+        if self.alignment == 0.0 {
+            return offset;
+        }
+        let frame = &self.shape.frames[self.branch.rod.mesh().segment_frames[j]];
+        let n = frame.inverse() * self.forces[j];
+        let by_stiffness = Vector::new(n.x / self.stiffness.y, n.y / self.stiffness.x, 0.0);
+        offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
     }
 
     /// Factors on x″ in a of a segment, m², with the segments and their ends (0 or 1) where it is taken.
@@ -298,7 +320,7 @@ impl<'a> Samples<'a> {
             let beside = mesh.beside.iter().find(|beside| beside.segment == j).and_then(|beside| beside.next);
             match (beside, if end == 0 { Some(j + 1) } else { j.checked_sub(1) }) {
                 (Some(_), Some(next)) => {
-                    let factor = square / WIDE_STENCIL * sign;
+                    let factor = square * WIDE_STENCIL * sign;
                     factors.extend([(j, end, factor), (j, 1 - end, -2.0 * factor), (next, 1 - end, factor)]);
                 }
                 _ => {
@@ -310,17 +332,25 @@ impl<'a> Samples<'a> {
         factors.into_iter()
     }
 
-    /// Coefficients of κ″ at a coupling in the curvatures of the one before, its own and the one after, 1/m², if all
-    /// lie in one span of fourth order.
-    fn second_rate(&self, c: usize) -> Option<[f64; 3]> {
+    /// Coefficients of κ, κ′ and κ″ at a coupling in the curvatures of the one before, its own and the one after (1,
+    /// 1/m, 1/m²), if all lie in one span of fourth order.
+    fn rates(&self, c: usize) -> Option<[[f64; 3]; 3]> {
         let mesh = self.branch.rod.mesh();
         let paired = |frame: usize| mesh.pairs.binary_search_by_key(&frame, |pair| pair.frame).is_ok();
         if c == 0 || c + 1 >= self.curvature.len() || !(paired(c) && paired(c + 1)) {
             return None;
         }
         let (before, after) = (self.place[c] - self.place[c - 1], self.place[c + 1] - self.place[c]);
-        let scale = 2.0 / (before + after);
-        Some([scale / before, -scale * (1.0 / before + 1.0 / after), scale / after])
+        let both = before + after;
+        let rate = [-after / (before * both), (after - before) / (before * after), before / (after * both)];
+        let second = [2.0 / (before * both), -2.0 / (before * after), 2.0 / (after * both)];
+        Some([[0.0, 1.0, 0.0], rate, second])
+    }
+
+    /// Curvature and its derivatives from those of couplings with these coefficients.
+    fn curvature(&self, couplings: [usize; 3], coefficients: &[[f64; 3]; 3]) -> Curvature {
+        let of = |k: usize| couplings.iter().zip(coefficients[k]).map(|(c, factor)| self.curvature[*c] * factor).sum();
+        Curvature { own: of(0), rate: of(1), second: of(2), rest: self.rest, stiffness: self.stiffness }
     }
 
     /// ∂D/∂κ of the couplings, N m², without edges and weight.
@@ -333,39 +363,60 @@ impl<'a> Samples<'a> {
             *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * lambda[c];
         }
         for j in (0..mesh.segments()).filter(|j| !self.fine[*j]) {
-            let [start, end] = self.couplings(j);
-            if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
-                let distance = self.place[end] - self.place[start];
-                let moment = self.stiffness.component_mul(&rate) * (2.0 * self.cells(j) / distance);
-                moments[start] += moment;
-                moments[end] -= moment;
-            }
+            self.add_rate_moments(j, 1.0, &mut moments);
         }
         if !self.branch.rod.couples_pairs() {
             return moments;
         }
         for c in 0..moments.len() {
-            let Some(coefficients) = self.second_rate(c) else { continue };
+            let Some(coefficients) = self.rates(c) else { continue };
             let neighbours = [c - 1, c, c + 1];
-            let second: Vector =
-                neighbours.iter().zip(coefficients).map(|(k, factor)| self.curvature[*k] * factor).sum();
             // Cells beside stations have the rate of their neighbours.
-            let cells: f64 = neighbours
-                .iter()
-                .filter(|k| **k == c || self.second_rate(**k).is_none())
-                .map(|k| lambda[*k].powi(5))
-                .sum();
-            let moment = self.stiffness.component_mul(&second) * (-cells / 90.0);
-            for (k, factor) in neighbours.into_iter().zip(coefficients) {
-                moments[k] += moment * factor;
+            let cells: f64 =
+                neighbours.iter().filter(|k| **k == c || self.rates(**k).is_none()).map(|k| lambda[*k].powi(5)).sum();
+            let derivatives = self.curvature(neighbours, &coefficients).of_cells();
+            for (coefficients, derivative) in coefficients.iter().zip(&derivatives) {
+                for (k, factor) in neighbours.into_iter().zip(coefficients) {
+                    moments[k] += derivative * (cells * factor);
+                }
             }
-            let kappa = &self.curvature[c];
-            let m = self.stiffness.component_mul(&(kappa - self.rest));
-            let square = kappa.norm_squared();
-            let by_law = (m + self.stiffness.component_mul(kappa)) * square + kappa * (4.0 * m.dot(kappa));
-            moments[c] -= by_law * (LAW_LEADING * lambda[c].powi(5) * square);
         }
         moments
+    }
+
+    /// Adds ∂D/∂κ of `−factor (ℓ³/24) κ′ᵀ C κ′` of a segment.
+    fn add_rate_moments(&self, j: usize, factor: f64, moments: &mut [Vector]) {
+        let [start, end] = self.couplings(j);
+        if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
+            let distance = self.place[end] - self.place[start];
+            let moment = self.stiffness.component_mul(&rate) * (2.0 * factor * self.cells(j) / distance);
+            moments[start] += moment;
+            moments[end] -= moment;
+        }
+    }
+
+    /// Adds ∂D/∂κ of what the couplings leave at stations, where the next segments are of one length.
+    fn add_station_moments(&self, moments: &mut [Vector]) {
+        let mesh = self.branch.rod.mesh();
+        if !self.branch.rod.couples_pairs() {
+            return;
+        }
+        for beside in mesh.beside.iter().filter(|beside| beside.next.is_some()) {
+            let l = self.shape.rest_lengths[beside.segment];
+            let (couplings, direction) = match beside.stations {
+                [Some(start), _] => ([start, start + 1, start + 2], 1.0),
+                [None, Some(end)] => ([end - 1, end - 2, end - 3], -1.0),
+                [None, None] => continue,
+            };
+            let [own, rate, second] = AT_STATION;
+            let coefficients = [own, rate.map(|k| k * direction / l), second.map(|k| k / (l * l))];
+            let derivatives = self.curvature(couplings, &coefficients).at_station();
+            for (coefficients, derivative) in coefficients.iter().zip(&derivatives) {
+                for (c, factor) in couplings.into_iter().zip(coefficients) {
+                    moments[c] -= derivative * (l.powi(4) * direction * factor);
+                }
+            }
+        }
     }
 
     /// Adds to the gradients of a harness those of the couplings' part of D.
@@ -396,8 +447,17 @@ impl<'a> Samples<'a> {
             let mut force = h.ee * a;
             frames[frame] += h.te * a;
             for (of, end, factor) in self.offset_factors(j) {
-                let n = self.forces[j];
-                frames[frame] += (self.shape.frames[frame].inverse() * self.bends[of][end].cross(&n)) * factor;
+                let turn = self.bends[of][end].cross(&self.forces[j]) * factor;
+                // x″ at a node turns with the frames around it.
+                let beyond = if end == 0 { of.checked_sub(1) } else { Some(of + 1) };
+                let own = &mesh.segment_frames[of];
+                let around = match mesh.station_frame(of + end) {
+                    Some(station) => [station; 2],
+                    None => [*own, *beyond.and_then(|j| mesh.segment_frames.get(j)).unwrap_or(own)],
+                };
+                for frame in around {
+                    frames[frame] += (self.shape.frames[frame].inverse() * turn) * 0.5;
+                }
             }
             // Weight: W (t_i − t_{i−1}) at nodes, and what is shifted from stations.
             let l = &self.shape.rest_lengths;
@@ -436,11 +496,14 @@ impl<'a> Samples<'a> {
     /// ∂D/∂κ of the couplings, N m², of the edges' part of D.
     fn edge_moments(&self) -> Vec<Vector> {
         let mut moments = vec![Vector::zeros(); self.curvature.len()];
-        for (j, frame) in self.branch.rod.mesh().segment_frames.iter().enumerate() {
-            let force = self.shape.frames[*frame].inverse() * self.forces[j];
+        self.add_station_moments(&mut moments);
+        for j in (0..self.forces.len()).filter(|j| self.fine[*j] && self.alignment > 0.0) {
+            self.add_rate_moments(j, -self.alignment, &mut moments);
+        }
+        for (j, force) in self.forces.iter().enumerate() {
             for (of, end, factor) in self.offset_factors(j) {
                 if let Some(c) = self.couplings(of)[end] {
-                    moments[c] += Vector::z().cross(&force) * factor;
+                    moments[c] += Vector::z().cross(&(self.result.frame[of + end].inverse() * force)) * factor;
                 }
             }
         }
@@ -618,6 +681,19 @@ impl<'a> Samples<'a> {
         errors
     }
 
+    /// Factor on what the leading term says of positions and forces, by how steeply the curvature changes: near a clamp
+    /// a heavy or thin cable may bend within the length of a segment.
+    fn steepness(&self) -> f64 {
+        let bends = |j: usize| self.couplings(j).map(|c| c.map(|c| self.curvature[c].xy()));
+        let change = |j: usize| match bends(j) {
+            [Some(before), Some(after)] => (after - before).norm(),
+            _ => 0.0,
+        };
+        let steepest = (0..self.rate.len()).map(change).fold(0.0, f64::max);
+        let largest = self.curvature.iter().map(|kappa| kappa.xy().norm()).fold(f64::MIN_POSITIVE, f64::max);
+        1.0 + STEEP * (steepest / largest).min(1.0).powi(4)
+    }
+
     /// Additional error of the curvature of each node where the mesh is too coarse for the leading term, 1/m: where the
     /// curvature changes by its own size within a segment, or the angle of a cell is large.
     fn unresolved(&self) -> Vec<f64> {
@@ -685,7 +761,8 @@ pub(crate) fn estimate(
     response: Option<Response<'_>>,
 ) -> Vec<NodalErrors> {
     let touches = touches(problem);
-    let factor = if touches || problem.has_slides() { SAFETY * CONTACT_SAFETY } else { SAFETY };
+    let slides = problem.has_slides();
+    let factor = if touches || slides { SAFETY * CONTACT_SAFETY } else { SAFETY };
     let estimate = |(index, result): (usize, &BranchResult)| {
         let samples = Samples::new(problem, state, index, result);
         let mut errors = samples.errors(index, response, result);
@@ -699,6 +776,10 @@ pub(crate) fn estimate(
             errors.curvature[node] += unresolved;
             errors.moment[node] += samples.stiffness.xy().max() * unresolved;
         }
+        let steepness = samples.steepness();
+        let slid = if slides { SLIDE_SAFETY } else { 1.0 };
+        errors.force.iter_mut().for_each(|error| *error *= steepness);
+        errors.position.iter_mut().for_each(|error| *error *= steepness * slid);
         let NodalErrors { curvature, torsion, force, moment, position, .. } = &mut errors;
         let factor = if samples.fine.contains(&true) { FINE_SAFETY * factor } else { factor };
         for all in [curvature, torsion, force, moment, position] {
