@@ -10,8 +10,9 @@ use wireloom_tests::derivatives::{derivatives, largest_error};
 use wireloom_tests::{program, root};
 
 /// Error of derivatives and of the differences of whole runs together. Both subtract forces that are exact to some
-/// rounding errors of EA, about 1e-11 N, over steps of 1e-4: 1e-7 of forces of 1 N.
-const EXACT: f64 = 1e-6;
+/// rounding errors of EA, about 1e-11 N, over steps of 1e-4: 1e-7 of forces of 1 N, and more where a force follows from
+/// small differences of positions.
+const EXACT: f64 = 2e-6;
 
 fn scenario(path: &str) -> String {
     std::fs::read_to_string(root().join("scenarios").join(path)).expect("a scenario of the repository")
@@ -378,7 +379,7 @@ fn a_tolerance_of_the_limit_itself_counts() {
            \"branches.left.length\" = { mean = \"400 mm\", deviation = \"3 mm\" }\n";
     let found = derivatives(&text, &wireloom::registry(), &["trunk"], &[], None).unwrap();
     let spread = found.outputs[0].spread.as_ref().expect("a spread");
-    assert!(spread.deviation < 3e-3 && spread.parts[0] == 0.0, "{spread:?}");
+    assert!(spread.deviation < 3e-3 && spread.parts[0] < 1e-12, "{spread:?}");
     assert!(spread.deviations_to_limit.is_some_and(|n| (1.2..1.6).contains(&n)), "{spread:?}");
 }
 

@@ -59,6 +59,9 @@ const BACKTRACK: f64 = 0.25;
 const SHORTEST_STEP: f64 = 1e-10;
 /// Least decrease of the energy, as a fraction of the linear one (Armijo).
 const ARMIJO: f64 = 1e-4;
+/// A step with the factor of the step before, in which the harness turned by θ (rad), leaves θ times the residual, or
+/// this many times as much at worst.
+const KEPT: f64 = 100.0;
 /// Number of iterations without progress at round-off after which the minimiser has stalled.
 const STALLED_AFTER: usize = 4;
 /// Number of step lengths, each half of the one before, of which the first step of an increment takes the one of least
@@ -411,7 +414,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         ws.evaluations += 1;
         energy = problem.gradient(state, &mut ws.gradient);
     }
-    let mut sigma = 0.0_f64;
+    let (mut sigma, mut reaches) = (0.0_f64, false);
     let mut monitor = ConvergenceMonitor::new(stop, STALLED_AFTER);
     monitor.begin(ws.residual(problem));
     if moving {
@@ -441,8 +444,12 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             }
             trace(problem, &report, [energy, monitor.residual, 0.0, 0.0], ws.factorisations);
         }
-        sigma = ws.assemble(problem, state, mixed, sigma);
-        ws.solve(problem, state, false, Some(sigma));
+        // The factor of the step before will do for one more, if that is expected to be the last.
+        let keeps = std::mem::replace(&mut reaches, false);
+        if !keeps {
+            sigma = ws.assemble(problem, state, mixed, sigma);
+        }
+        ws.solve(problem, state, false, (!keeps).then_some(sigma));
         report.iterations += 1;
         let slope = ws.slope();
         if !slope.is_finite() {
@@ -471,6 +478,8 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         problem.update_held(state);
         monitor.moved(turn, -slope > noise, ws.residual(problem));
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
+        let quadratic = !keeps && alpha == 1.0 && ws.factor_of.is_some() && problem.has_potential();
+        reaches = quadratic && KEPT * turn * monitor.residual <= stop.force_tolerance;
         sigma = next_shift(sigma, alpha);
     };
     if report.status != Status::Converged {
