@@ -1,8 +1,8 @@
 //! The files that a scenario names: those that the host gave, and those in a folder.
 
 use std::collections::BTreeMap;
-use std::io::Read;
-use std::path::PathBuf;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use wireloom::plugins::open_regular_file;
 use wireloom::scenario;
@@ -19,6 +19,18 @@ pub struct Files {
     held: BTreeMap<String, Arc<[u8]>>,
 }
 
+/// The text of a scenario's file.
+pub fn read_text(path: &Path) -> io::Result<Vec<u8>> {
+    whole(path, TEXT)
+}
+
+fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    // It may grow while it is read.
+    open_regular_file(path, most)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 impl Files {
     /// Those in a folder.
     pub fn new(folder: Option<PathBuf>) -> Self {
@@ -30,9 +42,14 @@ impl Files {
         self.held.insert(name, bytes.into());
     }
 
-    /// Whether it keeps a file of this name.
-    pub fn holds(&self, name: &str) -> bool {
-        self.held.contains_key(name)
+    /// A file that it keeps.
+    pub fn held(&self, name: &str) -> Option<&[u8]> {
+        self.held.get(name).map(|bytes| &**bytes)
+    }
+
+    /// Names of the files that it keeps.
+    pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.held.keys().map(String::as_str)
     }
 
     fn found(&self, path: &str, most: u64) -> Result<Vec<u8>, String> {
@@ -41,11 +58,7 @@ impl Files {
         }
         let none = "the scenario was made without a folder, and the host did not add this file";
         let path = self.folder.as_ref().ok_or(none)?.join(path);
-        let mut bytes = Vec::new();
-        // It may grow while it is read.
-        let read = open_regular_file(&path, most).and_then(|file| file.take(most).read_to_end(&mut bytes));
-        read.map_err(|error| error.to_string())?;
-        Ok(bytes)
+        whole(&path, most).map_err(|error| error.to_string())
     }
 }
 

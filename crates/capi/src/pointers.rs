@@ -46,7 +46,8 @@ pub fn text_of_length<'a>(pointer: *const c_char, length: usize, what: &str) -> 
     utf8(list(pointer.cast::<u8>(), length, what)?, what)
 }
 
-fn utf8<'a>(bytes: &'a [u8], what: &str) -> Result<&'a str, Failure> {
+/// Bytes as text.
+pub fn utf8<'a>(bytes: &'a [u8], what: &str) -> Result<&'a str, Failure> {
     str::from_utf8(bytes).map_err(|error| {
         let message = format!("`{what}` is not UTF-8 (byte {})", error.valid_up_to());
         Failure::new(WireloomCode::NotUtf8, message, "give UTF-8 text")
@@ -60,7 +61,11 @@ pub fn list<'a, T: Copy>(pointer: *const T, count: usize, what: &str) -> Result<
     }
     check(pointer, what)?;
     if count.checked_mul(size_of::<T>()).is_none_or(|bytes| isize::try_from(bytes).is_err()) {
-        return Err(Failure::new(WireloomCode::BadSize, format!("`{what}`: {count} are too many"), "give their number"));
+        return Err(Failure::new(
+            WireloomCode::BadSize,
+            format!("`{what}`: {count} are too many"),
+            "give their number",
+        ));
     }
     // SAFETY: it is aligned and not null, the size is that of an object, and the caller says that so many are there.
     Ok(unsafe { std::slice::from_raw_parts(pointer, count) })

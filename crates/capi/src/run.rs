@@ -33,7 +33,8 @@ pub struct WireloomProgress {
 
 /// A function of the host that is called at the end of every increment, in the thread that called wireloom_run. The
 /// run ends if it does not return 0. It must return: no exception, no longjmp.
-pub type WireloomOnProgress = Option<unsafe extern "C" fn(user: *mut c_void, progress: *const WireloomProgress) -> c_int>;
+pub type WireloomOnProgress =
+    Option<unsafe extern "C" fn(user: *mut c_void, progress: *const WireloomProgress) -> c_int>;
 
 /// What a run may be given: `WireloomRunOptions options = {sizeof options};`.
 #[repr(C)]

@@ -2,13 +2,15 @@
 
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
+use crate::files::{self, Files};
+use crate::handles;
 use crate::pointers::{self, Out};
 use crate::text::{self, WireloomText};
-use crate::{files::Files, handles};
-use std::fmt::Write;
 use std::ffi::c_char;
-use std::path::PathBuf;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use wireloom::scenario::fault::did_you_mean;
 use wireloom::scenario::{Built, Fault, Scenario, record};
 use wireloom::session::Monitor;
 use wireloom::{Registry, mesh};
@@ -121,7 +123,7 @@ impl Source {
             return Err(Failure::not_found(message, format!("corners are 0 to {}", body.corner_count.max(1) - 1)));
         }
         let file = format!("{name}.obj");
-        if self.files.holds(&file) {
+        if self.files.held(&file).is_some() {
             let message = format!("there is a body or a file of the name of \"{name}\"");
             return Err(Failure::value(message, "give it another name"));
         }
@@ -160,7 +162,7 @@ fn quoted(text: &str) -> String {
 /// Makes a scenario of a text, which is not checked yet.
 ///
 /// `text` has `length` bytes, in UTF-8, without a 0 at the end. `folder` is that of the files which the text names; a
-/// null pointer: it names no files but those that are added.
+/// null pointer: it names no files but those that are added. wireloom_scenario_read does the same with a file.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_scenario_new(
     text: *const c_char,
@@ -173,6 +175,27 @@ pub extern "C" fn wireloom_scenario_new(
         pointers::place(scenario, "scenario")?;
         let text = pointers::text_of_length(text, length, "text")?.to_owned();
         let folder = pointers::text_if_given(folder, "folder")?.map(PathBuf::from);
+        let id = handles::new(Kept(Mutex::new(Source { text, files: Files::new(folder) })));
+        pointers::put(scenario, "scenario", WireloomScenario { id })
+    })
+}
+
+/// Makes a scenario of a file, which is not checked yet. The files that it names are looked for beside it.
+#[unsafe(no_mangle)]
+pub extern "C" fn wireloom_scenario_read(
+    path: *const c_char,
+    scenario: *mut WireloomScenario,
+    error: *mut WireloomError,
+) -> WireloomCode {
+    call(error, || {
+        pointers::place(scenario, "scenario")?;
+        let path = Path::new(pointers::text(path, "path")?);
+        let bytes = files::read_text(path).map_err(|error| {
+            let message = format!("cannot read {}: {error}", path.display());
+            Failure::new(WireloomCode::System, message, "give the path of a scenario's file")
+        })?;
+        let text = pointers::utf8(&bytes, "path")?.to_owned();
+        let folder = path.parent().map(Path::to_path_buf);
         let id = handles::new(Kept(Mutex::new(Source { text, files: Files::new(folder) })));
         pointers::put(scenario, "scenario", WireloomScenario { id })
     })
@@ -239,7 +262,28 @@ pub extern "C" fn wireloom_scenario_text(
 ) -> WireloomCode {
     call(error, || {
         pointers::place(text, "text")?;
-        text::hand_over(source(scenario)?.text, text)
+        text::hand_over(source(scenario)?.text.into_bytes(), text)
+    })
+}
+
+/// The bytes of a file that the scenario keeps: one that was added, or "NAME.obj" with the surface of the body NAME. A
+/// text that is saved needs them beside it.
+#[unsafe(no_mangle)]
+pub extern "C" fn wireloom_scenario_file(
+    scenario: WireloomScenario,
+    name: *const c_char,
+    bytes: *mut WireloomText,
+    error: *mut WireloomError,
+) -> WireloomCode {
+    call(error, || {
+        pointers::place(bytes, "bytes")?;
+        let name = pointers::text(name, "name")?;
+        let files = source(scenario)?.files;
+        let held = files.held(name).ok_or_else(|| {
+            let message = format!("the scenario keeps no file \"{name}\"");
+            Failure::not_found(message, did_you_mean(name, files.names()))
+        })?;
+        text::hand_over(held.to_vec(), bytes)
     })
 }
 

@@ -226,7 +226,7 @@ pub extern "C" fn wireloom_session_text(
 ) -> WireloomCode {
     call(error, || {
         pointers::place(text, "text")?;
-        text::hand_over(ask(session, |live| live.text())?, text)
+        text::hand_over(ask(session, |live| live.text())?.into_bytes(), text)
     })
 }
 

@@ -1,4 +1,4 @@
-//! Texts that the library hands over.
+//! Texts, and the bytes of files, that the library hands over.
 
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
@@ -8,7 +8,7 @@ use std::ffi::c_char;
 /// What the handle is called.
 const WHAT: &str = "text";
 
-/// A text.
+/// A text, or the bytes of a file.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct WireloomText {
@@ -16,16 +16,16 @@ pub struct WireloomText {
     pub id: u64,
 }
 
-/// What the handle stands for: the text with a 0 at its end.
-struct Kept(String);
+/// What the handle stands for: the bytes with a 0 at their end.
+struct Kept(Vec<u8>);
 
 /// Hands a text over to the caller.
-pub fn hand_over(mut text: String, place: *mut WireloomText) -> Result<(), Failure> {
-    text.push('\0');
+pub fn hand_over(mut text: Vec<u8>, place: *mut WireloomText) -> Result<(), Failure> {
+    text.push(0);
     pointers::put(place, "text", WireloomText { id: handles::new(Kept(text)) })
 }
 
-/// The bytes of a text, UTF-8 with a 0 after the last one, valid until it is freed, and their number without that 0.
+/// The bytes with a 0 after the last one, valid until it is freed, and their number without that 0. A text is UTF-8.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_text_get(
     text: WireloomText,

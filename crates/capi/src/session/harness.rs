@@ -85,5 +85,8 @@ fn balanced(ended: Ended) -> Result<Ended, Failure> {
         return Ok(ended);
     }
     let message = format!("no equilibrium was found: {}", ended.end.status.word());
-    Err(Failure::request(message, "the harness is as it was at the last equilibrium; move in smaller steps, or elsewhere"))
+    Err(Failure::request(
+        message,
+        "the harness is as it was at the last equilibrium; move in smaller steps, or elsewhere",
+    ))
 }

@@ -9,9 +9,7 @@ use wireloom::geometry::{Pose, Vector, columns};
 use wireloom::harness::{ObstacleMove, Step, Track};
 use wireloom::result::{Outcome, RequirementResult};
 use wireloom::scenario::fault::did_you_mean;
-use wireloom::scenario::record::{
-    Attachment, Begins, BodyMotion, Passed, Turned, Way, Written, rotation, with_steps,
-};
+use wireloom::scenario::record::{Attachment, Begins, BodyMotion, Passed, Turned, Way, Written, rotation, with_steps};
 use wireloom::session::drag::{Goal, MAX_MOTION, Turning, approach, quaternion, step_to, turning};
 use wireloom::session::{Checkpoint, Ended, Monitor};
 use wireloom::{Registry, Run, StepResult};
@@ -225,8 +223,7 @@ impl Live {
         let written = self.written(&drag);
         let now = &mut self.now;
         let mut end = (*now.end).clone();
-        let (at, sheet) =
-            now.harness.driver.borrow_mut().end_step(&now.harness.network, (*now.at).clone(), &mut end);
+        let (at, sheet) = now.harness.driver.borrow_mut().end_step(&now.harness.network, (*now.at).clone(), &mut end);
         (now.at, now.end, now.sheet) = (Rc::new(at), Rc::new(end), sheet.into());
         now.by_hand.push(Rc::new(written));
         self.keep(drag.before);
