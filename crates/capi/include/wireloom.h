@@ -539,7 +539,7 @@ typedef struct WireloomBody {
     double min_clearance;
 } WireloomBody;
 
-// A text.
+// A text, or the bytes of a file.
 typedef struct WireloomText {
     // 0: none.
     uint64_t id;
@@ -755,12 +755,15 @@ WireloomCode wireloom_run(struct WireloomScenario scenario,
 // Makes a scenario of a text, which is not checked yet.
 //
 // `text` has `length` bytes, in UTF-8, without a 0 at the end. `folder` is that of the files which the text names; a
-// null pointer: it names no files but those that are added.
+// null pointer: it names no files but those that are added. wireloom_scenario_read does the same with a file.
 WireloomCode wireloom_scenario_new(const char *text,
                                    size_t length,
                                    const char *folder,
                                    struct WireloomScenario *scenario,
                                    struct WireloomError *error);
+
+// Makes a scenario of a file, which is not checked yet. The files that it names are looked for beside it.
+WireloomCode wireloom_scenario_read(const char *path, struct WireloomScenario *scenario, struct WireloomError *error);
 
 // Adds a file that the text may name; it goes before one of that name in the folder.
 WireloomCode wireloom_scenario_add_file(struct WireloomScenario scenario,
@@ -785,6 +788,13 @@ WireloomCode wireloom_scenario_set(struct WireloomScenario scenario,
 // The text, as it is now.
 WireloomCode wireloom_scenario_text(struct WireloomScenario scenario,
                                     struct WireloomText *text,
+                                    struct WireloomError *error);
+
+// The bytes of a file that the scenario keeps: one that was added, or "NAME.obj" with the surface of the body NAME. A
+// text that is saved needs them beside it.
+WireloomCode wireloom_scenario_file(struct WireloomScenario scenario,
+                                    const char *name,
+                                    struct WireloomText *bytes,
                                     struct WireloomError *error);
 
 // Frees a scenario. What was made of it stays.
@@ -885,7 +895,7 @@ WireloomCode wireloom_session_text(struct WireloomSession session,
 // Frees a session.
 WireloomCode wireloom_session_free(struct WireloomSession session);
 
-// The bytes of a text, UTF-8 with a 0 after the last one, valid until it is freed, and their number without that 0.
+// The bytes with a 0 after the last one, valid until it is freed, and their number without that 0. A text is UTF-8.
 WireloomCode wireloom_text_get(struct WireloomText text,
                                const char **bytes,
                                size_t *length,
@@ -894,7 +904,7 @@ WireloomCode wireloom_text_get(struct WireloomText text,
 // Frees a text.
 WireloomCode wireloom_text_free(struct WireloomText text);
 
-// The bytes of a text, UTF-8 with a 0 after the last one, valid until it is freed, and their number without that 0.
+// The bytes with a 0 after the last one, valid until it is freed, and their number without that 0. A text is UTF-8.
 WireloomCode wireloom_text_get(struct WireloomText text,
                                const char **bytes,
                                size_t *length,
@@ -906,12 +916,15 @@ WireloomCode wireloom_text_free(struct WireloomText text);
 // Makes a scenario of a text, which is not checked yet.
 //
 // `text` has `length` bytes, in UTF-8, without a 0 at the end. `folder` is that of the files which the text names; a
-// null pointer: it names no files but those that are added.
+// null pointer: it names no files but those that are added. wireloom_scenario_read does the same with a file.
 WireloomCode wireloom_scenario_new(const char *text,
                                    size_t length,
                                    const char *folder,
                                    struct WireloomScenario *scenario,
                                    struct WireloomError *error);
+
+// Makes a scenario of a file, which is not checked yet. The files that it names are looked for beside it.
+WireloomCode wireloom_scenario_read(const char *path, struct WireloomScenario *scenario, struct WireloomError *error);
 
 // Adds a file that the text may name; it goes before one of that name in the folder.
 WireloomCode wireloom_scenario_add_file(struct WireloomScenario scenario,
@@ -936,6 +949,13 @@ WireloomCode wireloom_scenario_set(struct WireloomScenario scenario,
 // The text, as it is now.
 WireloomCode wireloom_scenario_text(struct WireloomScenario scenario,
                                     struct WireloomText *text,
+                                    struct WireloomError *error);
+
+// The bytes of a file that the scenario keeps: one that was added, or "NAME.obj" with the surface of the body NAME. A
+// text that is saved needs them beside it.
+WireloomCode wireloom_scenario_file(struct WireloomScenario scenario,
+                                    const char *name,
+                                    struct WireloomText *bytes,
                                     struct WireloomError *error);
 
 // Frees a scenario. What was made of it stays.

@@ -1,6 +1,7 @@
 //! Programs in C and C++ that use the library as it is installed, compiled here.
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -12,14 +13,15 @@ use wireloom::{Control, Run, StepResult};
 type Check = fn() -> Result<(), Failed>;
 
 /// Checks, and the programs that each of them needs.
-const CHECKS: [(&str, Check, &[&str]); 7] = [
+const CHECKS: [(&str, Check, &[&str]); 8] = [
     ("the example of the README prints where its harness ends", example, &["cc", "pkg-config"]),
     ("C reads the numbers of the Rust library, to the bit", numbers, &["cc", "pkg-config"]),
     ("what a session saves is carried out to where it ended", session, &["cc", "pkg-config"]),
+    ("threads use sessions of their own, and one together", threads, &["cc", "pkg-config"]),
     ("hostile calls get error codes", hostile, &["cc", "pkg-config"]),
     ("a plug is dragged from C++", drag, &["c++", "pkg-config"]),
     ("CMake finds the library", cmake, &["cc", "c++", "cmake"]),
-    ("the library shows the functions of the list alone", symbols, &["nm"]),
+    ("the shared library has the functions of the list alone, with their versions", symbols, &["nm"]),
 ];
 
 fn main() -> ExitCode {
@@ -188,6 +190,10 @@ fn session() -> Result<(), Failed> {
     done(Command::new(compiled("session.c", &["-std=c11"])?).arg(scenario())).map(|printed| print(&printed))
 }
 
+fn threads() -> Result<(), Failed> {
+    done(Command::new(compiled("threads.c", &["-std=c11", "-pthread"])?).arg(scenario())).map(|printed| print(&printed))
+}
+
 fn hostile() -> Result<(), Failed> {
     // Clang and gcc have it, but not on every system.
     let sanitized = compiled("hostile.c", &["-std=c11", "-fsanitize=address"]);
@@ -213,11 +219,21 @@ fn cmake() -> Result<(), Failed> {
 }
 
 fn symbols() -> Result<(), Failed> {
-    let shown = done(Command::new("nm").args(["-D", "--defined-only"]).arg(installed().join("lib/libwireloom.so")))?;
-    let mut shown: Vec<&str> = shown.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
-    shown.sort_unstable();
-    let listed = std::fs::read_to_string(here().join("tests/symbols.txt"))?;
-    if shown == listed.lines().collect::<Vec<_>>() { Ok(()) } else { Err(format!("{shown:?}").into()) }
+    let mut asked = Command::new("nm");
+    asked.args(["-D", "--defined-only", "--with-symbol-versions"]).arg(installed().join("lib/libwireloom.so"));
+    let shown = done(&mut asked)?;
+    let shown: BTreeSet<&str> = shown.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
+    let map = std::fs::read_to_string(here().join("wireloom.map"))?;
+    let (mut wanted, mut version) = (BTreeSet::new(), "");
+    for line in map.lines().map(str::trim) {
+        if let Some(begins) = line.strip_suffix(" {") {
+            version = begins;
+            wanted.insert(version.to_owned());
+        } else if let Some(function) = line.strip_suffix(';').filter(|own| own.starts_with("wireloom_")) {
+            wanted.insert(format!("{function}@@{version}"));
+        }
+    }
+    if shown.iter().eq(&wanted) { Ok(()) } else { Err(format!("{shown:?}, not {wanted:?}").into()) }
 }
 
 #[expect(clippy::print_stdout, reason = "figures for those who run the tests")]

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Folder of the library's sources.
 const SOURCES: &str = "crates/capi";
-/// Number in the name of the shared library, as in `build.rs` there.
+/// Number in the name of the shared library. It goes up when programs that were linked with an older one would break.
 const SONAME: &str = "0";
 /// Libraries of the system that the static one needs.
 const LIBRARIES: &str = "-lgcc_s -lutil -lrt -lpthread -lm -ldl -lc";
@@ -29,39 +29,57 @@ pub fn install(arguments: &[&str]) -> Result<(), String> {
     let profile: &[&str] = if debug { &["--package", "wireloom-cli"] } else { &["--release"] };
     let build = [&["build", "--quiet", "--package", "wireloom-capi"], profile].concat();
     step("the C library", &mut command("cargo", &build))?;
-    let built = target().join(if debug { "debug" } else { "release" });
-    copy(&built, &folder).map_err(|error| format!("the C library cannot be installed: {error}"))?;
+    let library = target().join(if debug { "debug" } else { "release" }).join("libwireloom_capi.a");
+    copy(&library, &folder).map_err(|error| format!("the C library cannot be installed: {error}"))?;
+    link(&folder.join("lib"), debug)?;
     println!("   installed in {}", folder.display());
     Ok(())
 }
 
-/// Puts the library, its headers and what build systems read into a folder.
-fn copy(built: &Path, folder: &Path) -> io::Result<()> {
+/// Puts the static library, the headers, and what build systems read into a folder.
+fn copy(library: &Path, folder: &Path) -> io::Result<()> {
     let (sources, version) = (root().join(SOURCES), env!("CARGO_PKG_VERSION"));
-    let (library, include) = (folder.join("lib"), folder.join("include"));
+    let (into, include) = (folder.join("lib"), folder.join("include"));
     fs::create_dir_all(&include)?;
-    fs::create_dir_all(&library)?;
     for header in ["wireloom.h", "wireloom.hpp"] {
         fs::copy(sources.join("include").join(header), include.join(header))?;
     }
-    fs::copy(built.join("libwireloom_capi.a"), library.join("libwireloom.a"))?;
-    // A program that runs keeps the old file.
-    let shared = format!("libwireloom.so.{version}");
-    remove(&library.join(&shared))?;
-    fs::copy(built.join("libwireloom_capi.so"), library.join(&shared))?;
-    for link in [format!("libwireloom.so.{SONAME}"), "libwireloom.so".to_owned()] {
-        remove(&library.join(&link))?;
-        symlink(&shared, &library.join(&link))?;
-    }
-    for (file, into) in [
+    for (file, folder) in [
         ("wireloom.pc", "pkgconfig"),
         ("wireloom-config.cmake", "cmake/wireloom"),
         ("wireloom-config-version.cmake", "cmake/wireloom"),
     ] {
         let text = fs::read_to_string(sources.join("install").join(file))?;
         let text = text.replace("@VERSION@", version).replace("@SONAME@", SONAME).replace("@LIBRARIES@", LIBRARIES);
-        fs::create_dir_all(library.join(into))?;
-        fs::write(library.join(into).join(file), text)?;
+        fs::create_dir_all(into.join(folder))?;
+        fs::write(into.join(folder).join(file), text)?;
+    }
+    fs::copy(library, into.join("libwireloom.a")).map(|_| ())
+}
+
+/// Links the shared library from the static one in the same folder, with the functions of `wireloom.map` alone and their
+/// versions.
+fn link(folder: &Path, debug: bool) -> Result<(), String> {
+    let map = root().join(SOURCES).join("wireloom.map");
+    let listed = fs::read_to_string(&map).map_err(|error| format!("{}: {error}", map.display()))?;
+    let functions = listed.lines().map(|line| line.trim().trim_end_matches(';')).filter(|f| f.starts_with("wireloom_"));
+    let shared = format!("libwireloom.so.{}", env!("CARGO_PKG_VERSION"));
+    let path = folder.join(&shared);
+    let place = |error: io::Error| format!("{}: {error}", folder.display());
+    // A program that runs keeps the old file.
+    remove(&path).map_err(place)?;
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
+    let mut link = command(&compiler, &["-shared", "-Wl,--gc-sections"]);
+    link.args(functions.map(|function| format!("-Wl,-u,{function}")));
+    link.arg(format!("-Wl,-soname,libwireloom.so.{SONAME}")).arg(format!("-Wl,--version-script={}", map.display()));
+    link.args(if debug { None } else { Some("-Wl,--strip-all") });
+    link.arg(folder.join("libwireloom.a")).args(LIBRARIES.split(' ')).arg("-o").arg(&path);
+    let done = link.output().map_err(|error| format!("{compiler} cannot be run: {error}"))?;
+    if !done.status.success() {
+        return Err(format!("failed: link {shared}\n{}", String::from_utf8_lossy(&done.stderr)));
+    }
+    for name in [format!("libwireloom.so.{SONAME}"), "libwireloom.so".to_owned()] {
+        remove(&folder.join(&name)).and_then(|()| symlink(&shared, &folder.join(&name))).map_err(place)?;
     }
     Ok(())
 }

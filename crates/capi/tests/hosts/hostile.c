@@ -14,17 +14,32 @@ static uint64_t next(uint64_t below) {
     return (seed >> 33) % below;
 }
 
-// Handles of every kind, good ones first, that calls mix up.
-static uint64_t handles[16];
+// Kinds of handles.
+enum {
+    OF_WireloomScenario,
+    OF_WireloomResult,
+    OF_WireloomSession,
+    OF_WireloomCancel,
+    OF_WireloomDiagnostics,
+    OF_WireloomText,
+    OF_WireloomSensitivities,
+    FREED,
+    KINDS
+};
 
-static uint64_t handle(void) {
-    switch (next(4)) {
+// A good handle of each kind, or 0, and one that was freed.
+static uint64_t handles[KINDS];
+
+// Good ones most of the time, else one of another kind, or of nothing.
+static uint64_t handle(int kind) {
+    switch (next(8)) {
         case 0:
-            return next(1000);
+            return next(2) ? next(1000) : ((uint64_t)next(1u << 31) << 32) | next(1u << 31);
         case 1:
-            return ((uint64_t)next(1u << 31) << 32) | next(1u << 31);
+        case 2:
+            return handles[next(KINDS)];
         default:
-            return handles[next(16)];
+            return handles[kind];
     }
 }
 
@@ -44,15 +59,15 @@ static const double *numbers(void) {
 }
 
 static size_t number(void) {
-    const size_t odd[] = {0, 1, 2, 7, SIZE_MAX, SIZE_MAX / 2, (size_t)1 << 60};
-    return odd[next(7)];
+    const size_t odd[] = {0, 0, 0, 1, 2, SIZE_MAX, SIZE_MAX / 2, (size_t)1 << 60};
+    return odd[next(8)];
 }
 
 // A struct of the caller with a size that is right, or is not.
 static void *out(size_t size) {
     static _Alignas(16) unsigned char memory[8192];
     memset(memory, (int)next(256), sizeof memory);
-    const size_t odd[] = {size, size, size, 0, 8, size - 1, SIZE_MAX};
+    const size_t odd[] = {size, size, size, size, 0, size - 1, SIZE_MAX};
     memcpy(memory, &odd[next(7)], sizeof(size_t));
     switch (next(8)) {
         case 0:
@@ -70,16 +85,15 @@ static void *place(void) {
     return next(4) ? &one : NULL;
 }
 
-#define H(type) ((type){handle()})
+#define H(type) ((type){handle(OF_##type)})
 #define OUT(type) out(sizeof(type))
 
 static WireloomCode one_call(void) {
-    WireloomError *error = OUT(WireloomError);
     static WireloomError own;
-    if (error != NULL) {
-        // Others use the memory of OUT, too.
-        memcpy(&own, error, sizeof(size_t));
-        error = next(2) ? &own : (WireloomError *)((char *)&own + (next(3) == 0));
+    own.size = next(16) ? sizeof own : number();
+    WireloomError *error = next(4) ? &own : NULL;
+    if (next(32) == 0) {
+        error = (WireloomError *)((char *)&own + 4);
     }
     static const char *text;
     static size_t length;
@@ -195,16 +209,24 @@ int main(int count, char **arguments) {
     WireloomResult result;
     WireloomSession session;
     WireloomCancel cancel;
+    WireloomDiagnostics diagnostics;
+    WireloomText text;
+    size_t found;
     const char *path = arguments[count - 1];
     if (wireloom_scenario_read(path, &scenario, NULL) || wireloom_scenario_read(path, &freed, NULL) ||
         wireloom_run(scenario, NULL, &result, NULL) || wireloom_cancel_new(&cancel, NULL) ||
-        wireloom_session_open(scenario, (WireloomCancel){0}, &session, NULL) || wireloom_scenario_free(freed)) {
+        wireloom_session_open(scenario, (WireloomCancel){0}, &session, NULL) ||
+        wireloom_scenario_check(scenario, &diagnostics, &found, NULL) ||
+        wireloom_scenario_text(scenario, &text, NULL) || wireloom_scenario_free(freed)) {
         return 1;
     }
-    const uint64_t good[] = {scenario.id, result.id, session.id, cancel.id, freed.id};
-    for (size_t k = 0; k < 16; k++) {
-        handles[k] = good[k % 5];
-    }
+    handles[OF_WireloomScenario] = scenario.id;
+    handles[OF_WireloomResult] = result.id;
+    handles[OF_WireloomSession] = session.id;
+    handles[OF_WireloomCancel] = cancel.id;
+    handles[OF_WireloomDiagnostics] = diagnostics.id;
+    handles[OF_WireloomText] = text.id;
+    handles[FREED] = freed.id;
     size_t codes[16] = {0};
     for (int k = 0; k < 10000; k++) {
         int code = one_call();

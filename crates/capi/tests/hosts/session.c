@@ -26,8 +26,8 @@ static WireloomError error = {.size = sizeof error};
         }                                                                                 \
     } while (0)
 
-// Whether the last equilibria of two results have the same positions, to the bit.
-static int same(WireloomResult one, WireloomResult other) {
+// Whether the last equilibria of two results have the same positions, to a fraction of the length of each branch.
+static int same(WireloomResult one, WireloomResult other, double tolerance) {
     WireloomSummary ones = {.size = sizeof ones}, others = {.size = sizeof others};
     DO(wireloom_result_get(one, &ones, &error));
     DO(wireloom_result_get(other, &others, &error));
@@ -42,7 +42,7 @@ static int same(WireloomResult one, WireloomResult other) {
             most = fmax(most, fabs(a.position[i] - b.position[i]));
         }
         printf("%s: %g m apart\n", a.name, most);
-        HOLDS(most <= 1e-6 * a.s[a.node_count - 1]);
+        HOLDS(most <= tolerance * a.s[a.node_count - 1]);
     }
     return 0;
 }
@@ -67,6 +67,25 @@ static int add_box(WireloomScenario scenario) {
     return 0;
 }
 
+// Carries out what a session saves, with the box of its scenario.
+static int replay(WireloomSession session, WireloomScenario scenario, WireloomResult *run) {
+    WireloomText text, box;
+    WireloomScenario saved;
+    const char *toml, *obj;
+    size_t length, size;
+    DO(wireloom_session_text(session, &text, &error));
+    DO(wireloom_text_get(text, &toml, &length, &error));
+    HOLDS(strlen(toml) == length);
+    DO(wireloom_scenario_new(toml, length, NULL, &saved, &error));
+    DO(wireloom_scenario_file(scenario, "box.obj", &box, &error));
+    DO(wireloom_text_get(box, &obj, &size, &error));
+    DO(wireloom_scenario_add_file(saved, "box.obj", (const uint8_t *)obj, size, &error));
+    DO(wireloom_text_free(box));
+    DO(wireloom_text_free(text));
+    DO(wireloom_run(saved, NULL, run, &error));
+    return wireloom_scenario_free(saved);
+}
+
 static int drag(WireloomScenario scenario) {
     WireloomSession session;
     WireloomText text;
@@ -84,33 +103,28 @@ static int drag(WireloomScenario scenario) {
     DO(wireloom_session_move(session, "plug-C", NULL, turned, &error));
     HOLDS(wireloom_session_move(session, "plug-D", to, NULL, &error) == WIRELOOM_CODE_NOT_FOUND);
     HOLDS(strstr(error.suggestion, "plug-") != NULL);
+    const double below[] = {0.5, 0.02, -0.3};
+    DO(wireloom_session_move_body(session, "box", below, NULL, &error));
+    DO(wireloom_session_result(session, &now, &error));
+    if (replay(session, scenario, &run) || same(now, run, 0)) {
+        return 1;
+    }
+    DO(wireloom_result_free(run));
+    DO(wireloom_result_free(now));
     DO(wireloom_session_hold(session, "trunk", 0.45, "hand", &error));
     const double up[] = {0.45, 0.02, 0.03};
     DO(wireloom_session_move(session, "hand", up, NULL, &error));
-    const double below[] = {0.5, 0.02, -0.3};
-    DO(wireloom_session_move_body(session, "box", below, NULL, &error));
     DO(wireloom_session_release(session, "clip-1", &error));
     DO(wireloom_session_undo(session, &error));
     DO(wireloom_session_release(session, "hand", &error));
     DO(wireloom_session_result(session, &now, &error));
     DO(wireloom_session_text(session, &text, &error));
     DO(wireloom_text_get(text, &toml, &length, &error));
-    HOLDS(strlen(toml) == length && strstr(toml, "name = \"drag plug-C\"") != NULL);
-    HOLDS(strstr(toml, "obstacle = \"box\"") != NULL && strstr(toml, "release clip-1") == NULL);
-
-    // What is saved is carried out elsewhere.
-    WireloomScenario saved;
-    WireloomText box;
-    const char *obj;
-    size_t size;
-    DO(wireloom_scenario_new(toml, length, NULL, &saved, &error));
-    DO(wireloom_scenario_file(scenario, "box.obj", &box, &error));
-    DO(wireloom_text_get(box, &obj, &size, &error));
-    DO(wireloom_scenario_add_file(saved, "box.obj", (const uint8_t *)obj, size, &error));
-    DO(wireloom_text_free(box));
+    HOLDS(strstr(toml, "name = \"drag plug-C\"") != NULL && strstr(toml, "obstacle = \"box\"") != NULL);
+    HOLDS(strstr(toml, "release hand") != NULL && strstr(toml, "release clip-1") == NULL);
     DO(wireloom_text_free(text));
-    DO(wireloom_run(saved, NULL, &run, &error));
-    if (same(now, run)) {
+    // A grasp gives the cable another node, so the bits may differ.
+    if (replay(session, scenario, &run) || same(now, run, 1e-9)) {
         return 1;
     }
 
@@ -126,13 +140,12 @@ static int drag(WireloomScenario scenario) {
     DO(wireloom_result_free(now));
     DO(wireloom_session_result(session, &now, &error));
     DO(wireloom_session_free(session));
-    if (same(before, now)) {
+    if (same(before, now, 0)) {
         return 1;
     }
     DO(wireloom_result_free(before));
     DO(wireloom_result_free(now));
-    DO(wireloom_result_free(run));
-    return wireloom_scenario_free(saved);
+    return wireloom_result_free(run);
 }
 
 static int check(WireloomScenario scenario) {
@@ -143,8 +156,8 @@ static int check(WireloomScenario scenario) {
     DO(wireloom_scenario_check(scenario, &diagnostics, &count, &error));
     HOLDS(count == 1);
     DO(wireloom_diagnostics_get(diagnostics, 0, &one, &error));
-    HOLDS(one.severity == WIRELOOM_SEVERITY_ERROR && one.line == 34 && one.column == 10);
     printf("%u:%u: %s\n  help: %s\n", one.line, one.column, one.message, one.suggestion);
+    HOLDS(one.severity == WIRELOOM_SEVERITY_ERROR && one.line == 35 && one.column == 10);
     WireloomResult result;
     HOLDS(wireloom_run(scenario, NULL, &result, &error) == WIRELOOM_CODE_REFUSED);
     HOLDS(error.line == one.line && error.column == one.column && strcmp(error.message, one.message) == 0);
