@@ -154,6 +154,11 @@ class Result {
             return wireloom_result_requirement(own.handle, index, out, error);
         });
     }
+    const char *note(std::size_t index) const {
+        const char *note = nullptr;
+        detail::checked([&](WireloomError *error) { return wireloom_result_note(own.handle, index, &note, error); });
+        return note;
+    }
     /// Index of a part by its name.
     std::size_t find(std::size_t step, WireloomFamily family, const char *name) const {
         std::size_t index = 0;

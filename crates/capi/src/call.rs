@@ -56,3 +56,27 @@ pub fn call(error: *mut WireloomError, work: impl FnOnce() -> Result<(), Failure
     let _ = caught(|| if error.is_null() { Ok(()) } else { pointers::fill(error, "error", written(&failure)) });
     failure.code
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ffi::CStr;
+
+    #[test]
+    fn a_panic_becomes_a_code_and_its_words() {
+        let mut error = WireloomError { size: size_of::<WireloomError>(), ..written(&Failure::internal("")) };
+        assert_eq!(call(&raw mut error, || panic!("a panic for tests")), WireloomCode::Internal);
+        // SAFETY: it has been filled with a text that ends with a 0.
+        let message = unsafe { CStr::from_ptr(error.message.as_ptr()) };
+        assert_eq!((error.code, message), (WireloomCode::Internal, c"a panic for tests"));
+        assert_eq!(call(std::ptr::null_mut(), || panic!("another one")), WireloomCode::Internal);
+    }
+
+    #[test]
+    fn long_messages_are_cut_off_between_characters() {
+        let error = written(&Failure::value("µ".repeat(1000), "µ".repeat(1000)));
+        // SAFETY: both are texts that end with a 0.
+        let texts = unsafe { [CStr::from_ptr(error.message.as_ptr()), CStr::from_ptr(error.suggestion.as_ptr())] };
+        assert_eq!(texts.map(|text| text.to_str().map(str::len)), [Ok(1022), Ok(510)]);
+    }
+}

@@ -47,3 +47,19 @@ pub fn free<T: Any + Send + Sync>(id: u64, what: &str) -> Result<(), Failure> {
     // Dropped here, when the table is no longer locked.
     kept.map(drop).ok_or_else(|| bad(id, what))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn handles_are_told_apart_by_what_they_stand_for_and_used_once() {
+        let (number, word) = (new(7_u8), new("seven".to_owned()));
+        assert_eq!(get::<u8>(number, "number").map(|own| *own).ok(), Some(7));
+        for wrong in [get::<u8>(word, "number").err(), get::<u8>(0, "number").err(), free::<u8>(word, "number").err()] {
+            assert_eq!(wrong.map(|failure| failure.code), Some(WireloomCode::BadHandle));
+        }
+        assert!(free::<u8>(number, "number").is_ok() && free::<u8>(0, "number").is_ok());
+        assert!(free::<u8>(number, "number").is_err() && new(8_u8) > word);
+    }
+}

@@ -12,9 +12,6 @@ use std::ffi::{CStr, c_char};
 /// It is `repr(C)`, and its first member is its size, a `usize` that the caller has set.
 pub unsafe trait Out: Copy {}
 
-/// Largest size of a struct, bytes: a larger one was not set.
-const LARGEST: usize = 1 << 16;
-
 fn null(what: &str) -> Failure {
     Failure::new(WireloomCode::NullPointer, format!("`{what}` is null"), "give a pointer")
 }
@@ -103,7 +100,7 @@ fn check_size<T: Out>(pointer: *const T, what: &str) -> Result<(), Failure> {
     check(pointer, what)?;
     // SAFETY: it is aligned and not null, and begins with its size.
     let size = unsafe { pointer.cast::<usize>().read() };
-    if (size_of::<T>()..=LARGEST).contains(&size) {
+    if size == size_of::<T>() {
         return Ok(());
     }
     let message = format!("`{what}`: its member `size` is {size}, not {}", size_of::<T>());
@@ -115,15 +112,11 @@ pub fn fillable<T: Out>(error: *mut T) -> Result<(), Failure> {
     if error.is_null() { Ok(()) } else { check_size(error, "error") }
 }
 
-/// Fills a struct of the caller, all but its size.
+/// Fills a struct of the caller.
 pub fn fill<T: Out>(pointer: *mut T, what: &str, value: T) -> Result<(), Failure> {
     check_size(pointer, what)?;
-    // SAFETY: it is aligned and not null, and begins with its size.
-    let size = unsafe { pointer.cast::<usize>().read() };
-    // SAFETY: the caller's struct is at least as large as this one.
+    // SAFETY: it is aligned and not null, and the caller's struct has the size of this one.
     unsafe { pointer.write(value) };
-    // SAFETY: as for reading it.
-    unsafe { pointer.cast::<usize>().write(size) };
     Ok(())
 }
 

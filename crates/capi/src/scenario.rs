@@ -79,13 +79,19 @@ pub fn source(scenario: WireloomScenario) -> Result<Source, Failure> {
 }
 
 impl Source {
+    /// Refuses a text that loads plugins.
+    pub fn refuse_plugins(&self) -> Result<(), Vec<Fault>> {
+        let Some((name, span)) = wireloom::scenario::plugins(&self.text).load.into_iter().next() else {
+            return Ok(());
+        };
+        let message = format!("the C library does not load plugins yet, so \"{name}\" is not loaded");
+        let help = "carry the scenario out with the command line: wireloom run".to_owned();
+        Err(vec![Fault { span, message, help }])
+    }
+
     /// Reads, checks and builds it.
     pub fn load(&self, registry: &Registry) -> Result<(Scenario, Built), Vec<Fault>> {
-        if let Some((name, span)) = wireloom::scenario::plugins(&self.text).load.into_iter().next() {
-            let message = format!("the C library does not load plugins yet, so \"{name}\" is not loaded");
-            let help = "carry the scenario out with the command line: wireloom run".to_owned();
-            return Err(vec![Fault { span, message, help }]);
-        }
+        self.refuse_plugins()?;
         wireloom::load_with_files(&self.text, &self.files, registry)
     }
 

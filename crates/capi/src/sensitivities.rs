@@ -152,8 +152,7 @@ pub extern "C" fn wireloom_sensitivities_new(
         let monitor = cancel::monitor(asked.cancel)?;
         let found = worker::computed(|| {
             let registry = wireloom::registry();
-            // Refuses what this library cannot do.
-            source.load(&registry).map_err(|faults| Failure::refused(&source.text, &faults))?;
+            source.refuse_plugins().map_err(|faults| Failure::refused(&source.text, &faults))?;
             let study = Source { monitor, ..Source::new(&source.text, &source.files, &registry) };
             let question = Question { of: &of, by: &by, step };
             Study::new(study).and_then(|mut study| study.answer(&question)).map_err(|none| match none {

@@ -103,7 +103,7 @@ fn compiled(source: &str, options: &[&str]) -> Result<PathBuf, Failed> {
 
 fn example() -> Result<(), Failed> {
     let program = compiled("example.c", &["-std=c11"])?;
-    let printed = done(Command::new(program).arg(scenario()))?;
+    let printed = done(Command::new(program).current_dir(root()))?;
     let readme = std::fs::read_to_string(here().join("README.md"))?;
     let source = std::fs::read_to_string(here().join("tests/hosts/example.c"))?;
     let blocks: Vec<&str> = readme.split("```").skip(1).step_by(2).collect();
@@ -214,7 +214,7 @@ fn cmake() -> Result<(), Failed> {
     configure.arg("-S").arg(here().join("tests/hosts")).arg("-B").arg(&build);
     done(configure.arg(format!("-DCMAKE_PREFIX_PATH={}", installed().display())))?;
     done(Command::new("cmake").arg("--build").arg(&build))?;
-    done(Command::new(build.join("example")).arg(scenario()))?;
+    done(Command::new(build.join("example")).current_dir(root()))?;
     done(Command::new(build.join("drag")).arg(scenario())).map(|printed| print(&printed))
 }
 

@@ -90,8 +90,6 @@ pub struct Live {
     source: Source,
     registry: Registry,
     monitor: Monitor,
-    /// Steps of the scenario as it was opened.
-    own: usize,
     now: Snapshot,
     undo: Vec<Snapshot>,
     drag: Option<Drag>,
@@ -103,10 +101,9 @@ impl Live {
         let registry = wireloom::registry();
         let (_, built) = source.load_with_mesh(&registry, &monitor)?;
         let harness = Rc::new(Harness::new(built, &monitor));
-        let own = harness.schedule.steps.len();
         let mut now = Snapshot::start(&source.text, Vec::new(), harness)?;
         now.carry_out()?;
-        Ok(Self { source, registry, monitor, own, now, undo: Vec::new(), drag: None })
+        Ok(Self { source, registry, monitor, now, undo: Vec::new(), drag: None })
     }
 
     /// The current equilibrium.
@@ -127,16 +124,11 @@ impl Live {
     /// The scenario, with what was done by hand.
     pub fn text(&self) -> Result<String, Failure> {
         let drag = self.drag.as_ref().map(|drag| Rc::new(self.written(drag)));
-        self.whole_text(&self.now.text, self.now.by_hand.iter().cloned().chain(drag))
+        whole_text(&self.now.text, self.now.by_hand.iter().cloned().chain(drag))
     }
 
     fn written(&self, drag: &Drag) -> Written {
         drag.written(&self.now.harness.network.constraints[drag.constraint].name)
-    }
-
-    fn whole_text(&self, text: &str, by_hand: impl Iterator<Item = Rc<Written>>) -> Result<String, Failure> {
-        let further: Vec<Written> = by_hand.map(|step| (*step).clone()).collect();
-        with_steps(text, self.own, &further).map_err(|fault| Failure::refused(text, &[fault]))
     }
 
     /// An unused name for a step.
@@ -270,7 +262,7 @@ impl Live {
     fn apply(&mut self, written: Written) -> Result<(), Failure> {
         let mut next = self.now.clone();
         next.by_hand.push(Rc::new(written));
-        let text = self.whole_text(&next.text, next.by_hand.iter().cloned())?;
+        let text = whole_text(&next.text, next.by_hand.iter().cloned())?;
         let source = Source { text, files: self.source.files.clone() };
         let loaded = source.load(&self.registry).map_err(|faults| Failure::refused(&source.text, &faults))?;
         let built = next.harness.with_own_mesh(loaded, &self.registry, &source.text)?;
@@ -334,7 +326,7 @@ impl Live {
         let Snapshot { text, by_hand, .. } = self.now.clone();
         let changed = Source { text: text.to_string(), files: self.source.files.clone() };
         let text = changed.with_value(key, json, &self.registry)?;
-        let whole = self.whole_text(&text, by_hand.iter().cloned())?;
+        let whole = whole_text(&text, by_hand.iter().cloned())?;
         let source = Source { text: whole, files: changed.files };
         let (_, built) = source.load_with_mesh(&self.registry, &self.monitor)?;
         let mut next = Snapshot::start(&text, by_hand, Rc::new(Harness::new(built, &self.monitor)))?;
@@ -351,6 +343,12 @@ impl Live {
         self.now = before.ok_or_else(none)?;
         Ok(())
     }
+}
+
+/// The text with all its steps, followed by those by hand.
+fn whole_text(text: &str, by_hand: impl Iterator<Item = Rc<Written>>) -> Result<String, Failure> {
+    let further: Vec<Written> = by_hand.map(|step| (*step).clone()).collect();
+    with_steps(text, usize::MAX, &further).map_err(|fault| Failure::refused(text, &[fault]))
 }
 
 /// Refuses a quaternion that is none.

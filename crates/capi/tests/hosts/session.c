@@ -103,9 +103,14 @@ static int drag(WireloomScenario scenario) {
     DO(wireloom_session_move(session, "plug-C", NULL, turned, &error));
     HOLDS(wireloom_session_move(session, "plug-D", to, NULL, &error) == WIRELOOM_CODE_NOT_FOUND);
     HOLDS(strstr(error.suggestion, "plug-") != NULL);
-    const double below[] = {0.5, 0.02, -0.3};
-    DO(wireloom_session_move_body(session, "box", below, NULL, &error));
+    const double against[] = {0.5, 0.02, -0.1}, tilted[] = {1, 0.02, 0, 0};
+    DO(wireloom_session_move_body(session, "box", against, tilted, &error));
     DO(wireloom_session_result(session, &now, &error));
+    WireloomBodyState body = {.size = sizeof body};
+    size_t index;
+    DO(wireloom_result_find(now, 0, WIRELOOM_FAMILY_BODY, "box", &index, &error));
+    DO(wireloom_result_body(now, 0, index, &body, &error));
+    HOLDS(body.contact_force > 0 && body.contact_count > 0 && body.position[2] == -0.1);
     if (replay(session, scenario, &run) || same(now, run, 0)) {
         return 1;
     }
