@@ -847,9 +847,9 @@ WireloomCode wireloom_session_result(struct WireloomSession session,
 
 // Moves a constraint that acts to a pose, in as many increments as the way needs.
 //
-// `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero; null:
-// as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone together. A
-// motion that fails on the way stays at the last equilibrium before.
+// `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero;
+// null: as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone
+// together. A motion that fails on the way stays at the last equilibrium before.
 WireloomCode wireloom_session_move(struct WireloomSession session,
                                    const char *constraint,
                                    const double *position,
@@ -1086,9 +1086,9 @@ WireloomCode wireloom_session_result(struct WireloomSession session,
 
 // Moves a constraint that acts to a pose, in as many increments as the way needs.
 //
-// `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero; null:
-// as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone together. A
-// motion that fails on the way stays at the last equilibrium before.
+// `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero;
+// null: as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone
+// together. A motion that fails on the way stays at the last equilibrium before.
 WireloomCode wireloom_session_move(struct WireloomSession session,
                                    const char *constraint,
                                    const double *position,

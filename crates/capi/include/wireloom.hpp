@@ -52,6 +52,13 @@ template <class Struct> Struct sized() {
     return one;
 }
 
+/// A struct that a function of the library fills.
+template <class Struct, class Call> Struct filled(Call call) {
+    Struct out = sized<Struct>();
+    checked([&](WireloomError *error) { return call(&out, error); });
+    return out;
+}
+
 /// A handle that is freed with its owner.
 template <class Handle, WireloomCode (*Free)(Handle)> class Owned {
   public:
@@ -107,15 +114,15 @@ class Result {
     WireloomResult handle() const { return own.handle; }
 
     WireloomSummary summary() const {
-        return filled<WireloomSummary>(
+        return detail::filled<WireloomSummary>(
             [&](auto *out, WireloomError *error) { return wireloom_result_get(own.handle, out, error); });
     }
     WireloomStep step(std::size_t step) const {
-        return filled<WireloomStep>(
+        return detail::filled<WireloomStep>(
             [&](auto *out, WireloomError *error) { return wireloom_result_step(own.handle, step, out, error); });
     }
     WireloomBranch branch(std::size_t step, std::size_t index) const {
-        return filled<WireloomBranch>([&](auto *out, WireloomError *error) {
+        return detail::filled<WireloomBranch>([&](auto *out, WireloomError *error) {
             return wireloom_result_branch(own.handle, step, index, out, error);
         });
     }
@@ -123,7 +130,7 @@ class Result {
         return branch(step, find(step, WIRELOOM_FAMILY_BRANCH, name));
     }
     WireloomConstraint constraint(std::size_t step, std::size_t index) const {
-        return filled<WireloomConstraint>([&](auto *out, WireloomError *error) {
+        return detail::filled<WireloomConstraint>([&](auto *out, WireloomError *error) {
             return wireloom_result_constraint(own.handle, step, index, out, error);
         });
     }
@@ -131,26 +138,26 @@ class Result {
         return constraint(step, find(step, WIRELOOM_FAMILY_CONSTRAINT, name));
     }
     WireloomPlace joint(std::size_t step, std::size_t index) const {
-        return filled<WireloomPlace>([&](auto *out, WireloomError *error) {
+        return detail::filled<WireloomPlace>([&](auto *out, WireloomError *error) {
             return wireloom_result_joint(own.handle, step, index, out, error);
         });
     }
     WireloomPlace marker(std::size_t step, std::size_t index) const {
-        return filled<WireloomPlace>([&](auto *out, WireloomError *error) {
+        return detail::filled<WireloomPlace>([&](auto *out, WireloomError *error) {
             return wireloom_result_marker(own.handle, step, index, out, error);
         });
     }
     WireloomBodyState body(std::size_t step, std::size_t index) const {
-        return filled<WireloomBodyState>([&](auto *out, WireloomError *error) {
+        return detail::filled<WireloomBodyState>([&](auto *out, WireloomError *error) {
             return wireloom_result_body(own.handle, step, index, out, error);
         });
     }
     WireloomEvent event(std::size_t index) const {
-        return filled<WireloomEvent>(
+        return detail::filled<WireloomEvent>(
             [&](auto *out, WireloomError *error) { return wireloom_result_event(own.handle, index, out, error); });
     }
     WireloomRequirement requirement(std::size_t index) const {
-        return filled<WireloomRequirement>([&](auto *out, WireloomError *error) {
+        return detail::filled<WireloomRequirement>([&](auto *out, WireloomError *error) {
             return wireloom_result_requirement(own.handle, index, out, error);
         });
     }
@@ -169,12 +176,6 @@ class Result {
     }
 
   private:
-    template <class Struct, class Call> static Struct filled(Call call) {
-        Struct out = detail::sized<Struct>();
-        detail::checked([&](WireloomError *error) { return call(&out, error); });
-        return out;
-    }
-
     detail::Owned<WireloomResult, wireloom_result_free> own;
 };
 
@@ -226,6 +227,36 @@ class Session {
 
   private:
     detail::Owned<WireloomSession, wireloom_session_free> own;
+};
+
+/// Derivatives of results by numbers of a scenario.
+class Sensitivities {
+  public:
+    explicit Sensitivities(WireloomSensitivities handle) : own(handle) {}
+    WireloomSensitivities handle() const { return own.handle; }
+
+    WireloomAnswer answer() const {
+        return detail::filled<WireloomAnswer>(
+            [&](auto *out, WireloomError *error) { return wireloom_sensitivities_get(own.handle, out, error); });
+    }
+    WireloomParameter parameter(std::size_t index) const {
+        return detail::filled<WireloomParameter>([&](auto *out, WireloomError *error) {
+            return wireloom_sensitivities_parameter(own.handle, index, out, error);
+        });
+    }
+    WireloomOutput output(std::size_t index) const {
+        return detail::filled<WireloomOutput>([&](auto *out, WireloomError *error) {
+            return wireloom_sensitivities_output(own.handle, index, out, error);
+        });
+    }
+    WireloomDerivative derivative(std::size_t output, std::size_t parameter) const {
+        return detail::filled<WireloomDerivative>([&](auto *out, WireloomError *error) {
+            return wireloom_sensitivities_derivative(own.handle, output, parameter, out, error);
+        });
+    }
+
+  private:
+    detail::Owned<WireloomSensitivities, wireloom_sensitivities_free> own;
 };
 
 /// What a check found.
@@ -322,6 +353,25 @@ class Scenario {
             return wireloom_session_open(own.handle, cancel == nullptr ? none : cancel->handle(), &handle, error);
         });
         return Session(handle);
+    }
+
+    /// Derivatives of outputs by the numbers at keys, at the end of a step; a null pointer: the last one.
+    Sensitivities sensitivities(const std::vector<const char *> &of, const std::vector<const char *> &by,
+                                const char *step = nullptr, const Cancel *cancel = nullptr) const {
+        WireloomQuestion question = detail::sized<WireloomQuestion>();
+        question.of = of.data();
+        question.of_count = of.size();
+        question.by = by.data();
+        question.by_count = by.size();
+        question.step = step;
+        if (cancel != nullptr) {
+            question.cancel = cancel->handle();
+        }
+        WireloomSensitivities handle{};
+        detail::checked([&](WireloomError *error) {
+            return wireloom_sensitivities_new(own.handle, &question, &handle, error);
+        });
+        return Sensitivities(handle);
     }
 
   private:

@@ -1,7 +1,7 @@
 //! The frame of every function of the interface: what failed goes into the caller's error, and no panic gets out.
 
 use crate::failure::{Failure, WireloomCode, caught};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use std::ffi::c_char;
 use wireloom::scenario::fault::safe;
 
@@ -24,7 +24,7 @@ pub struct WireloomError {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomError {}
+unsafe impl SizedStruct for WireloomError {}
 
 fn written(failure: &Failure) -> WireloomError {
     let mut error = WireloomError {

@@ -2,7 +2,7 @@
 
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode, place};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use crate::scenario::{WireloomScenario, source};
 use crate::words::Words;
 use crate::{handles, worker};
@@ -49,7 +49,7 @@ pub struct WireloomDiagnostic {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomDiagnostic {}
+unsafe impl SizedStruct for WireloomDiagnostic {}
 
 struct One {
     severity: WireloomSeverity,

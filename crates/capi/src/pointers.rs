@@ -6,11 +6,11 @@
 use crate::failure::{Failure, WireloomCode};
 use std::ffi::{CStr, c_char};
 
-/// A struct that the library fills.
+/// A struct of the caller, which the library reads or fills.
 ///
 /// # Safety
 /// It is `repr(C)`, and its first member is its size, a `usize` that the caller has set.
-pub unsafe trait Out: Copy {}
+pub unsafe trait SizedStruct: Copy {}
 
 fn null(what: &str) -> Failure {
     Failure::new(WireloomCode::NullPointer, format!("`{what}` is null"), "give a pointer")
@@ -87,7 +87,7 @@ pub fn numbers_if_given<const N: usize>(pointer: *const f64, what: &str) -> Resu
 }
 
 /// A struct of the caller; nothing for a null pointer.
-pub fn given<T: Out>(pointer: *const T, what: &str) -> Result<Option<T>, Failure> {
+pub fn given<T: SizedStruct>(pointer: *const T, what: &str) -> Result<Option<T>, Failure> {
     if pointer.is_null() {
         return Ok(None);
     }
@@ -96,7 +96,7 @@ pub fn given<T: Out>(pointer: *const T, what: &str) -> Result<Option<T>, Failure
     Ok(Some(unsafe { pointer.read() }))
 }
 
-fn check_size<T: Out>(pointer: *const T, what: &str) -> Result<(), Failure> {
+fn check_size<T: SizedStruct>(pointer: *const T, what: &str) -> Result<(), Failure> {
     check(pointer, what)?;
     // SAFETY: it is aligned and not null, and begins with its size.
     let size = unsafe { pointer.cast::<usize>().read() };
@@ -108,12 +108,12 @@ fn check_size<T: Out>(pointer: *const T, what: &str) -> Result<(), Failure> {
 }
 
 /// Refuses an error that cannot be filled; a null pointer is none.
-pub fn fillable<T: Out>(error: *mut T) -> Result<(), Failure> {
+pub fn fillable<T: SizedStruct>(error: *mut T) -> Result<(), Failure> {
     if error.is_null() { Ok(()) } else { check_size(error, "error") }
 }
 
 /// Fills a struct of the caller.
-pub fn fill<T: Out>(pointer: *mut T, what: &str, value: T) -> Result<(), Failure> {
+pub fn fill<T: SizedStruct>(pointer: *mut T, what: &str, value: T) -> Result<(), Failure> {
     check_size(pointer, what)?;
     // SAFETY: it is aligned and not null, and the caller's struct has the size of this one.
     unsafe { pointer.write(value) };

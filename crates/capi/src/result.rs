@@ -11,7 +11,7 @@ pub use kept::{WireloomResult, hand_over};
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
 use crate::handles;
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use kept::{Kept, WHAT, get};
 use std::ffi::c_char;
 use wireloom::Status;
@@ -93,7 +93,7 @@ pub struct WireloomSummary {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomSummary {}
+unsafe impl SizedStruct for WireloomSummary {}
 
 /// A result as a whole.
 #[unsafe(no_mangle)]

@@ -3,7 +3,7 @@
 use crate::call::{WireloomError, call};
 use crate::cancel::{self, WireloomCancel};
 use crate::failure::{Failure, WireloomCode};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use crate::result::{self, WireloomResult};
 use crate::scenario::{Source, WireloomScenario, source};
 use crate::words::Words;
@@ -51,7 +51,7 @@ pub struct WireloomRunOptions {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomRunOptions {}
+unsafe impl SizedStruct for WireloomRunOptions {}
 
 /// The end of an increment, and where the decision about the next one goes.
 type Message = (Progress, SyncSender<Control>);

@@ -4,7 +4,7 @@ use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
 use crate::files::{self, Files};
 use crate::handles;
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use crate::text::{self, WireloomText};
 use std::ffi::c_char;
 use std::fmt::Write;
@@ -54,7 +54,7 @@ pub struct WireloomBody {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomBody {}
+unsafe impl SizedStruct for WireloomBody {}
 
 /// A scenario as text, with what is needed to read it.
 #[derive(Clone)]

@@ -3,7 +3,7 @@
 use crate::call::{WireloomError, call};
 use crate::cancel::{self, WireloomCancel};
 use crate::failure::{Failure, WireloomCode};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use crate::scenario::{WireloomScenario, source};
 use crate::words::Words;
 use crate::{handles, worker};
@@ -43,7 +43,7 @@ pub struct WireloomQuestion {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomQuestion {}
+unsafe impl SizedStruct for WireloomQuestion {}
 
 /// An answer as a whole. Its text is valid until the sensitivities are freed.
 #[repr(C)]
@@ -64,7 +64,7 @@ pub struct WireloomAnswer {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomAnswer {}
+unsafe impl SizedStruct for WireloomAnswer {}
 
 /// A parameter. Its texts are valid until the sensitivities are freed.
 #[repr(C)]
@@ -81,7 +81,7 @@ pub struct WireloomParameter {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomParameter {}
+unsafe impl SizedStruct for WireloomParameter {}
 
 /// An output. Its texts are valid until the sensitivities are freed.
 #[repr(C)]
@@ -102,7 +102,7 @@ pub struct WireloomOutput {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomOutput {}
+unsafe impl SizedStruct for WireloomOutput {}
 
 /// A derivative, SI. Its text is valid until the sensitivities are freed.
 #[repr(C)]
@@ -121,7 +121,7 @@ pub struct WireloomDerivative {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomDerivative {}
+unsafe impl SizedStruct for WireloomDerivative {}
 
 /// What the handle stands for.
 struct Kept {

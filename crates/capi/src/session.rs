@@ -130,9 +130,9 @@ pub extern "C" fn wireloom_session_result(
 
 /// Moves a constraint that acts to a pose, in as many increments as the way needs.
 ///
-/// `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero; null:
-/// as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone together. A
-/// motion that fails on the way stays at the last equilibrium before.
+/// `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero;
+/// null: as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone
+/// together. A motion that fails on the way stays at the last equilibrium before.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_session_move(
     session: WireloomSession,

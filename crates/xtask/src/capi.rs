@@ -57,8 +57,8 @@ fn copy(library: &Path, folder: &Path) -> io::Result<()> {
     fs::copy(library, into.join("libwireloom.a")).map(|_| ())
 }
 
-/// Links the shared library from the static one in the same folder, with the functions of `wireloom.map` alone and their
-/// versions.
+/// Links the shared library from the static one in the same folder: with the functions of `wireloom.map` alone, and
+/// their versions.
 fn link(folder: &Path, debug: bool) -> Result<(), String> {
     let map = root().join(SOURCES).join("wireloom.map");
     let listed = fs::read_to_string(&map).map_err(|error| format!("{}: {error}", map.display()))?;

@@ -3,7 +3,7 @@
 use super::kept::{WireloomResult, get};
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use std::ffi::c_char;
 use wireloom::geometry::Vector;
 
@@ -53,7 +53,7 @@ pub struct WireloomBranch {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomBranch {}
+unsafe impl SizedStruct for WireloomBranch {}
 
 /// The numbers of a list of vectors, three for each.
 fn numbers(list: &[Vector]) -> *const f64 {

@@ -3,7 +3,7 @@
 use super::kept::{WireloomResult, get};
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use std::ffi::c_char;
 use wireloom::geometry::Rotation;
 use wireloom::session::drag::quaternion;
@@ -29,7 +29,7 @@ pub struct WireloomConstraint {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomConstraint {}
+unsafe impl SizedStruct for WireloomConstraint {}
 
 /// A joint, or a marker, which has no orientation of its own (1, 0, 0, 0). Its name is valid until the result is freed.
 #[repr(C)]
@@ -46,7 +46,7 @@ pub struct WireloomPlace {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomPlace {}
+unsafe impl SizedStruct for WireloomPlace {}
 
 /// A body of the surroundings, and what it does to the harness. Its name is valid until the result is freed.
 #[repr(C)]
@@ -73,7 +73,7 @@ pub struct WireloomBodyState {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomBodyState {}
+unsafe impl SizedStruct for WireloomBodyState {}
 
 fn of<'a, T>(all: &'a [T], index: usize, what: &str) -> Result<&'a T, Failure> {
     all.get(index).ok_or_else(|| Failure::no_index(what, index, all.len()))

@@ -4,7 +4,7 @@ use super::kept::{Kept, WireloomResult, get};
 use super::{WireloomVerdict, verdict};
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use std::ffi::c_char;
 use wireloom::result::{EventPlace, Moment, Severity};
 
@@ -71,7 +71,7 @@ pub struct WireloomEvent {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomEvent {}
+unsafe impl SizedStruct for WireloomEvent {}
 
 /// A requirement with its verdict. Its texts are valid until the result is freed.
 #[repr(C)]
@@ -112,7 +112,7 @@ pub struct WireloomRequirement {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomRequirement {}
+unsafe impl SizedStruct for WireloomRequirement {}
 
 impl Kept {
     fn place(&self, own: &EventPlace) -> WireloomWhere {

@@ -4,7 +4,7 @@ use super::kept::{WireloomResult, get};
 use super::{WireloomStatus, status};
 use crate::call::{WireloomError, call};
 use crate::failure::{Failure, WireloomCode};
-use crate::pointers::{self, Out};
+use crate::pointers::{self, SizedStruct};
 use std::ffi::c_char;
 use wireloom::scenario::fault::did_you_mean;
 
@@ -81,7 +81,7 @@ pub struct WireloomStep {
 }
 
 // SAFETY: it is a struct of C that begins with its size.
-unsafe impl Out for WireloomStep {}
+unsafe impl SizedStruct for WireloomStep {}
 
 /// One of the equilibria, from 0.
 #[unsafe(no_mangle)]

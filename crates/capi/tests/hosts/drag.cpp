@@ -40,6 +40,8 @@ int main(int count, char **arguments) {
         if (session.text().find("drag plug-C") == std::string::npos) {
             return 1;
         }
+        const wireloom::Sensitivities found = scenario.sensitivities({"force.plug-B"}, {"branches.left.length"});
+        std::printf("%s: %.4g N/m\n", found.output(0).name, found.derivative(0, 0).value);
         try {
             session.move("nobody", nullptr);
             return 1;

@@ -176,6 +176,22 @@ static int check(WireloomScenario scenario) {
     return wireloom_diagnostics_free(diagnostics);
 }
 
+// Scenarios that cannot be read.
+static int refused(void) {
+    WireloomScenario scenario;
+    WireloomResult result;
+    HOLDS(wireloom_scenario_read("nothing.toml", &scenario, &error) == WIRELOOM_CODE_SYSTEM);
+    const char *texts[] = {"schema = ", "schema = 1\n[plugins]\nload = [\"own.so\"]\n"};
+    const char *words[] = {"this is not TOML", "\"own.so\" is not loaded"};
+    for (size_t k = 0; k < 2; k++) {
+        DO(wireloom_scenario_new(texts[k], strlen(texts[k]), NULL, &scenario, &error));
+        HOLDS(wireloom_run(scenario, NULL, &result, &error) == WIRELOOM_CODE_REFUSED);
+        HOLDS(strstr(error.message, words[k]) != NULL && error.line == (k == 0 ? 1 : 3));
+        DO(wireloom_scenario_free(scenario));
+    }
+    return 0;
+}
+
 static int derivatives(WireloomScenario scenario) {
     const char *of[] = {"force.plug-B"}, *by[] = {"branches.left.length", "branches.trunk.length"};
     WireloomQuestion question = {.size = sizeof question, .of = of, .of_count = 1, .by = by, .by_count = 2};
@@ -230,7 +246,8 @@ static int cancel(WireloomScenario scenario) {
 int main(int count, char **arguments) {
     WireloomScenario scenario;
     DO(wireloom_scenario_read(arguments[count - 1], &scenario, &error));
-    if (check(scenario) || derivatives(scenario) || cancel(scenario) || add_box(scenario) || drag(scenario)) {
+    if (refused() || check(scenario) || derivatives(scenario) || cancel(scenario) || add_box(scenario) ||
+        drag(scenario)) {
         return 1;
     }
     DO(wireloom_scenario_free(scenario));
