@@ -29,6 +29,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("dataset", &["wireloom"]),
     ("cli", &["wireloom", "studio", "dataset"]),
     ("python", &["wireloom", "studio", "dataset"]),
+    ("capi", &["wireloom"]),
     ("xtask", &[]),
     ("tests", &["wireloom"]),
 ];
@@ -56,13 +57,13 @@ const ONE_NAMES: &[(&str, &str)] = &[
 ];
 
 /// Crates that may contain `unsafe`.
-const UNSAFE: &[&str] = &["abi", "plugin", "host", "gpu"];
+const UNSAFE: &[&str] = &["abi", "plugin", "host", "gpu", "capi"];
 /// Crates that may print.
 const PRINT: &[&str] = &["cli", "xtask"];
 /// Modules that reach out of the program: files, networks, the environment, other programs.
 const OUTSIDE: &[&str] = &["std::fs", "std::net", "std::env", "std::process"];
 /// Crates that may reach out.
-const REACH_OUT: &[&str] = &["cli", "python", "xtask", "host", "studio", "dataset"];
+const REACH_OUT: &[&str] = &["cli", "python", "capi", "xtask", "host", "studio", "dataset"];
 /// A file that is longer has more than one topic.
 const LINES: usize = 900;
 /// Most characters of a line.

@@ -1,6 +1,7 @@
 //! Developer commands, such as `cargo xtask test`. No dependencies, so that it builds in a second.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command for developers talks to them")]
 
+mod capi;
 mod compare;
 mod hunt;
 mod package;
@@ -18,6 +19,8 @@ cargo xtask COMMAND
   test     all checks that a change must pass: format, lints, docs, tests, licences; installs the tools for them
   hunt     checks the results of random harnesses; minimises failures and saves them in target/hunt (hunt --help)
   package  packs the Python package as a wheel, installs it into the target folder, and runs its tests
+  capi [--debug] [FOLDER]
+           builds the C library and installs it, with its headers, into a folder (target/capi)
   readme   updates the output of commands in README.md, and its picture
   reality  updates scenarios/measured/reality.md, where cables are held against measurements, and its pictures
   compare-commits A B
@@ -35,6 +38,7 @@ fn main() -> ExitCode {
         ["compare-commits", arguments @ ..] => compare::compare(arguments),
         ["peer"] => peer::peer(),
         ["package"] => package::package(),
+        ["capi", arguments @ ..] => capi::install(arguments),
         ["readme"] => readme::readme(),
         ["reality"] => readme::reality(),
         ["help" | "--help" | "-h"] => {

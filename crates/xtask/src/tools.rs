@@ -1,5 +1,5 @@
-//! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, Node and a browser for the studio's page,
-//! cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into the target folder.
+//! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, CMake, Node and a browser for the studio's
+//! page, cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -44,6 +44,16 @@ pub fn vulkan() -> bool {
         println!("{error}\nno Vulkan driver: the tests that need a device are ignored; {by_hand}");
     }
     done.is_ok() && has_vulkan()
+}
+
+/// Installs CMake, with which the tests of the C library build a program; without it that test is ignored.
+pub fn cmake() {
+    if works(&mut command("cmake", &["--version"])) {
+        return;
+    }
+    if let Err(error) = install("install CMake, with which a program finds the C library", &["cmake"]) {
+        println!("{error}\nno CMake: the test of the C library that needs it is ignored");
+    }
 }
 
 /// Installs packages on Debian and its derivatives, as root or with passwordless sudo.

@@ -21,6 +21,21 @@ pub struct Written {
     pub begins: Vec<Begins>,
     /// A motion; each of its places is an increment.
     pub way: Option<Way>,
+    /// A motion of an obstacle.
+    pub body: Option<BodyMotion>,
+}
+
+/// The motion of an obstacle to a pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMotion {
+    /// Name of the obstacle.
+    pub obstacle: String,
+    /// Position at its end, m.
+    pub position: [f64; 3],
+    /// Orientation at its end: a quaternion `[w, x, y, z]` of any length but zero.
+    pub orientation: [f64; 4],
+    /// Increments.
+    pub increments: usize,
 }
 
 /// A constraint that begins where the cable is.
@@ -216,7 +231,8 @@ fn document(text: &str) -> Result<DocumentMut, Fault> {
 fn table_of(step: &Written) -> Table {
     let mut table = Table::new();
     table["name"] = toml_edit::value(step.name.as_str());
-    let increments = step.way.as_ref().map_or(1, |way| way.places.len());
+    let of_body = step.body.as_ref().map_or(1, |body| body.increments);
+    let increments = step.way.as_ref().map_or(of_body, |way| way.places.len());
     table["increments"] = toml_edit::value(i64::try_from(increments).unwrap_or(i64::MAX));
     if !step.release.is_empty() {
         table["release"] = toml_edit::value(step.release.iter().map(String::as_str).collect::<Array>());
@@ -230,8 +246,16 @@ fn table_of(step: &Written) -> Table {
         own["at"] = toml_edit::value(place_of(&begins.at));
         push(&mut table, if begins.kind.is_some() { &ADD } else { &GRASP }, own);
     }
+    if let Some(BodyMotion { obstacle, position, orientation, .. }) = &step.body {
+        let mut own = Table::new();
+        own["obstacle"] = toml_edit::value(obstacle.as_str());
+        own["position"] = toml_edit::value(list(position));
+        own["orientation"] = toml_edit::value(list(orientation));
+        push(&mut table, &MOVE, own);
+    }
     match &step.way {
         Some(way) => write_way(way, &mut table),
+        None if step.body.is_some() => {}
         None if step.release.is_empty() && step.begins.is_empty() => table["wait"] = toml_edit::value(true),
         None => {}
     }
@@ -478,10 +502,17 @@ mod tests {
                 Begins { name: "hand 1".into(), kind: None, at: Attachment::Branch("trunk".into(), 0.25) },
                 Begins { name: "pin 1".into(), kind: Some("connector".into()), at: Attachment::Joint("J".into()) },
             ],
-            way: None,
+            ..Written::default()
         };
+        let body = BodyMotion {
+            obstacle: "flap".into(),
+            position: [0.0, 0.5, 0.0],
+            orientation: [1.0, 0.0, 0.5, 0.0],
+            increments: 3,
+        };
+        let opened = Written { name: "open".into(), body: Some(body), ..Written::default() };
         let turned = drag(Some(Turned::Orientation([1.0, 0.0, 0.0, 0.5])));
-        let text = with_steps(TEXT, 1, &[hold, drag(None), turned]).expect("TOML");
+        let text = with_steps(TEXT, 1, &[hold, drag(None), turned, opened]).expect("TOML");
         let expected = r#"# A harness.
 schema = 1
 
@@ -534,6 +565,15 @@ keyframes = [
   { at = 0.5, position = [0.1, 0, 0.3333333333333333], orientation = [1, 0, 0, 0.5] },
   { at = 1, position = [0.5, -2, 0.000000001], orientation = [1, 0, 0, 0.5] },
 ]
+
+[[steps]]
+name = "open"
+increments = 3
+
+[[steps.move]]
+obstacle = "flap"
+position = [0, 0.5, 0]
+orientation = [1, 0, 0.5, 0]
 
 [minimiser]
 kind = "newton"

@@ -98,7 +98,7 @@ impl Session {
         };
         let begins = vec![Begins { name: name.to_owned(), kind: Some("connector".to_owned()), at }];
         let step = snapshot.unused_step_name(&format!("pin {name}"));
-        self.apply_step(snapshot, Written { name: step, release: vec![name.to_owned()], begins, way: None })
+        self.apply_step(snapshot, Written { name: step, release: vec![name.to_owned()], begins, ..Written::default() })
     }
 
     /// The snapshot to extend, if this constraint is active and no other tab holds it.
