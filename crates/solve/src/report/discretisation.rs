@@ -807,9 +807,10 @@ fn between(branch: &Branch, result: &BranchResult) -> Vec<f64> {
     all
 }
 
-/// Whether the harness touches something, or itself.
+/// Whether the harness touches something, or itself, where contact was evaluated last. A contact that the penalty alone
+/// bears well enough has no record.
 fn touches(problem: &Problem<'_>) -> bool {
-    !problem.conditions().contact.records.is_empty()
+    !problem.conditions().contact.records.is_empty() || !problem.contact().found().is_empty()
 }
 
 /// Size of an error of two parts. Where they cancel, what is left is no longer the leading term: no less than

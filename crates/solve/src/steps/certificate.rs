@@ -133,6 +133,7 @@ impl Certifier {
         results: &[BranchResult],
         hessian: bool,
     ) -> Vec<NodalErrors> {
+        problem.find_contacts(state);
         if !hessian {
             return discretisation::estimate(problem, state, results, None);
         }

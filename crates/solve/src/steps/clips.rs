@@ -9,6 +9,8 @@ const SPACING: f64 = 1.0;
 const SPACING_FRACTION: f64 = 0.1;
 /// Distances (m) that differ by less than this are the same.
 const SAME: f64 = 1e-9;
+/// Newton steps to the zero of a parabola from within a segment of it.
+const NEWTON: usize = 4;
 
 /// Sets the arc lengths of those knots (increasing nodes, and their arc lengths at `state`, m) of a branch that
 /// constraints of `added` bring: first the given ones, then the nearest ones. All stay between the constraints that act
@@ -76,8 +78,14 @@ fn nearest_place(
     let seat = constraint.position.unwrap_or_default();
     let points: Vec<Vector> = own.points.clone().map(|i| state.points[i] + state.compensation[i]).collect();
     let s = state.arc_lengths(network, branch);
-    let (here, distance) = nearest(&s, &points, &seat, low, high);
-    let (there, least) = nearest(&s, &points, &seat, s[0], s[s.len() - 1]);
+    let frame = |local: &usize| state.frames[own.frames.start + local];
+    let tangents: Vec<Vector> = own.rod.mesh().segment_frames.iter().map(|k| frame(k) * Vector::z()).collect();
+    let foot = |low: f64, high: f64| {
+        let (at, distance) = nearest(&s, &points, &seat, low, high);
+        (foot_point(&s, &points, &tangents, &seat, at).clamp(low, high), distance)
+    };
+    let (here, distance) = foot(low, high);
+    let (there, least) = foot(s[0], s[s.len() - 1]);
     let note = (least < distance - SAME).then(|| {
         format!(
             "clip `{}` closes at s = {here:.4} m of branch `{}`, between the constraints beside it; at \
@@ -101,9 +109,54 @@ fn nearest(s: &[f64], points: &[Vector], seat: &Vector, low: f64, high: f64) -> 
     candidates.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.5 * (low + high), f64::INFINITY))
 }
 
+/// Arc length near `at` at which `seat − x` is square to the tangent of the cable; `at` if there is none within a
+/// segment. The polygon alone would miss it by the distance of the seat times half the angle between two edges. At the
+/// middle of a segment the tangent is known, and `g = (seat − x)·t` does not feel that the middle of the edge lies
+/// beside the cable: g is the parabola through three middles.
+fn foot_point(s: &[f64], points: &[Vector], tangents: &[Vector], seat: &Vector, at: f64) -> f64 {
+    let n = tangents.len();
+    if n < 3 {
+        return at;
+    }
+    let segment = s.partition_point(|node| *node <= at).clamp(1, n) - 1;
+    let first = segment.saturating_sub(1).min(n - 3);
+    let m = [0, 1, 2].map(|k| 0.5 * (s[first + k] + s[first + k + 1]));
+    let g = [0, 1, 2].map(|k| {
+        let j = first + k;
+        (seat - (points[j] + points[j + 1]) * 0.5).dot(&tangents[j])
+    });
+    let slopes = [0, 1].map(|k| (g[k + 1] - g[k]) / (m[k + 1] - m[k]));
+    let bend = (slopes[1] - slopes[0]) / (m[2] - m[0]);
+    let mut foot = at;
+    for _ in 0..NEWTON {
+        let value = g[0] + slopes[0] * (foot - m[0]) + bend * (foot - m[0]) * (foot - m[1]);
+        foot -= value / (slopes[0] + bend * (2.0 * foot - m[0] - m[1]));
+    }
+    if (foot - at).abs() <= s[segment + 1] - s[segment] { foot } else { at }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A seat 0.1 m outside an arc of radius 0.2 m; the angle decides, whatever the mesh. The polygon alone was off by
+    /// half a segment.
+    #[test]
+    fn a_clip_closes_at_the_foot_on_the_cable_not_on_the_polygon() {
+        let (radius, angle) = (0.2, 1.234);
+        let on = |r: f64, angle: f64| Vector::new(r * f64::sin(angle), 0.0, r * f64::cos(angle));
+        let seat = on(0.3, angle);
+        let error = |n: usize| {
+            let s: Vec<f64> = (0..=n).map(|i| 0.5 * i as f64 / n as f64).collect();
+            let points: Vec<Vector> = s.iter().map(|s| on(radius, s / radius)).collect();
+            let middle = |j: usize| (j as f64 + 0.5) * 0.5 / n as f64 / radius;
+            let tangents: Vec<Vector> = (0..n).map(|j| Vector::new(middle(j).cos(), 0.0, -middle(j).sin())).collect();
+            let (at, _) = nearest(&s, &points, &seat, 0.0, 0.5);
+            (foot_point(&s, &points, &tangents, &seat, at) - radius * angle).abs()
+        };
+        let (coarse, fine) = (error(10), error(40));
+        assert!(coarse < 1e-3 && fine < coarse / 30.0, "{coarse:e} {fine:e}");
+    }
 
     #[test]
     fn the_nearest_place_on_a_bent_polygon() {
