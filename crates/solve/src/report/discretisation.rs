@@ -22,6 +22,7 @@
 //! D = Σ_c λ⁵ f ∓ Σ_i ℓ⁴ b               what couplings leave in their cells and at stations: see `cells`
 //!     + Σ_j n · a                       a: what the stencils at stations leave, and a change of ℓ along the branch
 //!     − Σ_i ((ℓ²/24) at i − that of the segments) ρ g · Δx′
+//!     + Σ_j (ℓ³/24) ρ x′ᵀ ∂²V x′        centrifugal potential V
 //!     + Σ_j ((f − 1) ℓ³/24) (κ′ᵀ C κ′ − Qᵀ C⊥⁻¹ Q)   frames aligned with their edges (`kirchhoff`), Q across them
 //! ```
 //!
@@ -72,6 +73,10 @@ const FINE_SAFETY: f64 = 1.5;
 /// By how much errors of positions and forces are larger than the leading term says, for the fourth power of the
 /// largest change of curvature from coupling to coupling, relative to the largest curvature.
 const STEEP: f64 = 10.0;
+/// Differences of the load per length that are round-off, relative to the force.
+const EVEN: f64 = 1e-9;
+/// Lever of a force that is missing, as a fraction of the branch.
+const LEVER: f64 = 1.0 / 8.0;
 /// Nodes from a station on, at which the estimate of a scheme of fourth order is that of the next one.
 const CUT_OFF: usize = 4;
 /// Divisor of `ℓ² Δ x″` in what the narrow one leaves.
@@ -245,6 +250,15 @@ impl<'a> Samples<'a> {
             Some(_) if self.fine[j] => 0.25,
             Some(_) => self.blends[inner],
         }
+    }
+
+    /// What the force in the branch may lack where the load per length differs from segment to segment, N: it is lumped
+    /// at nodes as if it were even, `(ℓ²/12) w′`, and so it is interpolated, `(ℓ²/8) w′`.
+    fn uneven(&self, weight: impl Fn(usize) -> Vector) -> f64 {
+        let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
+        // The load may end at a station.
+        let inner = (1..l.len()).filter(|node| mesh.station_frame(*node).is_none());
+        inner.map(|node| (weight(node) - weight(node - 1)).norm() * l[node] * (5.0 / 24.0)).fold(0.0, f64::max)
     }
 
     /// Order of the scheme all along the branch.
@@ -436,7 +450,13 @@ impl<'a> Samples<'a> {
 
     /// Adds to the gradients of a harness those of the edges' and the weight's part of D; `own` are the second
     /// derivatives of the branch, `weight` is ρ g (N/m).
-    fn add_edges(&self, own: &BranchHessian, weight: impl Fn(usize) -> Vector, gradient: &mut Tangent) {
+    fn add_edges(
+        &self,
+        problem: &Problem<'_>,
+        own: &BranchHessian,
+        weight: impl Fn(usize) -> Vector,
+        gradient: &mut Tangent,
+    ) {
         let mesh = self.branch.rod.mesh();
         let points = &mut gradient.points[self.branch.points.clone()];
         let frames = &mut gradient.frames[self.branch.frames.clone()];
@@ -478,6 +498,12 @@ impl<'a> Samples<'a> {
                 if mesh.station_frame(node).is_some() && !self.fine[j] {
                     force += weight * (sign * STATION_SHIFT * l[j]);
                 }
+            }
+            // The centrifugal potential V of nodes beside the centre line: `(ℓ²/24) ρ x′ᵀ ∂²V x′` per length.
+            let rotation = &problem.conditions().rotation;
+            if self.fine[j] && rotation.is_moving() {
+                let density = self.branch.section.linear_density;
+                force += rotation.hessian() * self.shape.edge(j) * (density * l[j] / 12.0);
             }
             points[j] -= force;
             points[j + 1] += force;
@@ -651,8 +677,7 @@ impl<'a> Samples<'a> {
             }
             let [cells, edges] = response.parts.each_ref().map(|part| &part.points[self.branch.points.clone()]);
             for (node, position) in errors.position.iter_mut().enumerate() {
-                let is_fine = node > 0 && self.fine[node - 1];
-                let drawn = if is_fine {
+                let drawn = if self.fine[node.saturating_sub(1)] {
                     Vector::zeros()
                 } else {
                     result.position[node] - self.shape.points[node] - self.shape.compensation[node]
@@ -673,9 +698,8 @@ impl<'a> Samples<'a> {
             };
             let turn: f64 = errors.curvature.iter().enumerate().map(|(node, e)| e * cell(node)).sum();
             errors.position.fill(turn * mesh.length());
-            let largest = |all: &[Vector]| all.iter().map(Vector::norm).fold(0.0, f64::max);
-            let (moment, error) = (largest(&result.moment), errors.moment.iter().copied().fold(0.0, f64::max));
-            let force = largest(&result.force);
+            let (moment, error) = (largest_norm(&result.moment), errors.moment.iter().copied().fold(0.0, f64::max));
+            let force = largest_norm(&result.force);
             errors.force.fill(if moment > 0.0 { force * (error / moment + turn) } else { 0.0 });
         }
         errors
@@ -716,6 +740,10 @@ impl<'a> Samples<'a> {
     }
 }
 
+fn largest_norm(all: &[Vector]) -> f64 {
+    all.iter().map(Vector::norm).fold(0.0, f64::max)
+}
+
 /// Largest value within [`REACH`] nodes, no less than [`FLOOR`] of the largest, times `factor`.
 fn envelope(errors: &mut Vec<f64>, factor: f64) {
     let largest = errors.iter().copied().fold(0.0, f64::max);
@@ -747,7 +775,7 @@ pub(crate) fn defect(
         let samples = Samples::new(problem, state, index, result);
         let weight = |j: usize| problem.force_per_length(state, index, j);
         samples.add_cells(&mut gradients[0]);
-        samples.add_edges(&hessian.branches[index], weight, &mut gradients[1]);
+        samples.add_edges(problem, &hessian.branches[index], weight, &mut gradients[1]);
     }
     gradients.iter_mut().for_each(|gradient| problem.network.pull_back(state, gradient));
     gradients
@@ -775,6 +803,14 @@ pub(crate) fn estimate(
         for (node, unresolved) in samples.unresolved().into_iter().enumerate() {
             errors.curvature[node] += unresolved;
             errors.moment[node] += samples.stiffness.xy().max() * unresolved;
+        }
+        let uneven = samples.uneven(|j| problem.force_per_length(state, index, j));
+        if uneven > EVEN * largest_norm(&result.force) {
+            errors.order = errors.order.min(2);
+            let moment = uneven * samples.branch.rod.mesh().length() * LEVER;
+            errors.force.iter_mut().for_each(|error| *error += uneven);
+            errors.moment.iter_mut().for_each(|error| *error += moment);
+            errors.curvature.iter_mut().for_each(|error| *error += moment / samples.stiffness.xy().min());
         }
         let steepness = samples.steepness();
         let slid = if slides { SLIDE_SAFETY } else { 1.0 };

@@ -129,6 +129,11 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             result.position[node] += joint_shift(problem, joint, state);
         }
         result.moment[node] = moment;
+        // Where the joint continues the rod, it has the variation of curvature to the coupling beside it.
+        let second = joint.arms.len() + arm;
+        if let (Some(frame), Some(moment)) = (frames.get(second), moments.get(second)) {
+            result.moment[if k == 0 { 1 } else { n - 1 }] += frame * moment * sign;
+        }
         let (kappa, frame) = if joint.arms.len() == 2 {
             let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
             let bent = |a: &Rotation, b: &Rotation| if k == 0 { b.inverse() * a } else { a.inverse() * b };

@@ -56,7 +56,8 @@ struct RestShape {
 }
 
 impl RestShape {
-    /// Rest shape of a branch. At an end without a station the segment's frame differs from the end's frame by the rest
+    /// Rest shape of a branch: where a constraint takes hold of it must not depend on the mesh, so its stations lie on
+    /// the arc itself. At an end without a station the segment's frame differs from the end's frame by the rest
     /// curvature over half a segment.
     fn new(network: &Network, branch: usize) -> Self {
         let rod = &network.branches[branch].rod;
@@ -75,17 +76,42 @@ impl RestShape {
         for c in 0..couplings {
             frames.push(frames[c] * rod.rest_rotation(c));
         }
+        // κ° of a segment, by the couplings beside it.
+        let curvature = |j: usize| {
+            let frame = mesh.segment_frames[j];
+            let beside = [frame.checked_sub(1), Some(frame).filter(|c| *c < couplings)].into_iter().flatten();
+            let own = |c: usize| rod.rest_rotation(c).scaled_axis() / mesh.coupling_lengths[c];
+            let count = beside.clone().count().max(1) as f64;
+            beside.map(own).sum::<Vector>() / count
+        };
         let mut points = vec![Vector::zeros()];
         for (j, l) in mesh.rest_lengths.iter().enumerate() {
-            points.push(points[j] + columns(&frames[mesh.segment_frames[j]])[2] * *l);
+            points.push(points[j] + frames[mesh.segment_frames[j]] * chord(&curvature(j), *l));
+        }
+        let end_point = points[n];
+        // Nodes without a station stand for points beside the centre line (see `wireloom_core::rod`).
+        for i in (1..n).filter(|i| mesh.station_frame(*i).is_none()) {
+            let (l, kappa) = (0.5 * (mesh.rest_lengths[i - 1] + mesh.rest_lengths[i]), curvature(i));
+            let frame =
+                frames[mesh.segment_frames[i]] * Rotation::from_scaled_axis(kappa * (-0.5 * mesh.rest_lengths[i]));
+            points[i] -= frame * kappa.cross(&Vector::z()) * (l * l / 24.0);
         }
         let mut orientation = frames[frames.len() - 1];
         if mesh.station_frame(n).is_none() {
             orientation *= half_beside(couplings.saturating_sub(1), n - 1);
         }
-        let end = Pose { position: points[n], orientation };
+        let end = Pose { position: end_point, orientation };
         Self { points, frames, end }
     }
+}
+
+/// From the start to the end of an arc of length l (m) with this curvature κ (1/m), in the axes of the frame at its
+/// middle: `∫ exp([κ]ₓ u) e3 du = l e3 + κ × (κ × e3) (l − (2/|κ|) sin(|κ| l/2))/|κ|²`.
+fn chord(kappa: &Vector, l: f64) -> Vector {
+    let angle = 0.5 * kappa.norm() * l;
+    // (x − sin x)/x³, of a small x by its series.
+    let factor = if angle < 0.1 { 1.0 / 6.0 - angle * angle / 120.0 } else { (angle - angle.sin()) / angle.powi(3) };
+    Vector::z() * l + kappa.cross(&kappa.cross(&Vector::z())) * (factor * l.powi(3) / 4.0)
 }
 
 /// Lays a piece in its rest shape, joint by joint, with the start of `first` at `pose`.
@@ -306,4 +332,24 @@ fn best_turn(pairs: impl Iterator<Item = (Vector, Vector)>) -> Rotation {
     let r = u * Matrix::from_diagonal(&Vector::new(1.0, 1.0, sign)) * vt;
     let q = Rotation::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(r));
     Unit::new_normalize(q.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A constraint that takes hold of a bent cable at rest once held it where a polygon ended, 0.5 mm beside the arc.
+    #[test]
+    fn a_rest_shape_follows_its_arc_not_a_polygon() {
+        let kappa = Vector::new(0.4, 3.0, -1.1);
+        for (l, within) in [(0.9, 1e-12), (0.01, 1e-16)] {
+            // The integral of the tangent by Simpson's rule.
+            let steps = 4000;
+            let at = |k: usize| Rotation::from_scaled_axis(kappa * (l * (k as f64 / steps as f64 - 0.5))) * Vector::z();
+            let weight = |k: usize| if k == 0 || k == steps { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+            let sum: Vector = (0..=steps).map(|k| at(k) * weight(k)).sum();
+            let error = (chord(&kappa, l) - sum * (l / (3 * steps) as f64)).norm();
+            assert!(error < within, "{error:e}");
+        }
+    }
 }
