@@ -149,13 +149,14 @@ typedef uint32_t WireloomFamily;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A handle that cancels the computations which were given it, from any thread.
-typedef struct WireloomCancel {
-    // 0: none; what is given it cannot be cancelled.
+// A text, or the bytes of a file.
+typedef struct WireloomText {
+    // 0: none.
     uint64_t id;
-} WireloomCancel;
+} WireloomText;
 
-// What a failed function says: `WireloomError error = {sizeof error};`. Longer texts are cut off.
+// What a failed function says: `WireloomError error = {sizeof error};`. Longer texts are cut off. A function that
+// succeeds leaves it as it is.
 typedef struct WireloomError {
     // sizeof(WireloomError), set by the caller.
     size_t size;
@@ -176,6 +177,31 @@ typedef struct WireloomScenario {
     // 0: none.
     uint64_t id;
 } WireloomScenario;
+
+// A body of the surroundings, with the triangles of its surface.
+typedef struct WireloomBody {
+    // sizeof(WireloomBody), set by the caller.
+    size_t size;
+    // Its name, which no other body has.
+    const char *name;
+    // Corners, m, in the axes of the body: three numbers for each.
+    const double *corners;
+    // Number of corners.
+    size_t corner_count;
+    // Triangles: three indices of corners for each, from 0, counter-clockwise as seen from outside. The surface is
+    // closed.
+    const uint32_t *triangles;
+    // Number of triangles.
+    size_t triangle_count;
+    // Its position at the start, m.
+    double position[3];
+    // Its orientation at the start: quaternion w, x, y, z of any length but zero.
+    double orientation[4];
+    // Coefficient of Coulomb friction; 0 is smooth.
+    double friction;
+    // Required clearance of cables, m; NaN: none.
+    double min_clearance;
+} WireloomBody;
 
 // What a check found.
 typedef struct WireloomDiagnostics {
@@ -198,6 +224,44 @@ typedef struct WireloomDiagnostic {
     // What would be right; may be empty.
     const char *suggestion;
 } WireloomDiagnostic;
+
+// A handle that cancels the computations which were given it, from any thread.
+typedef struct WireloomCancel {
+    // 0: none; what is given it cannot be cancelled.
+    uint64_t id;
+} WireloomCancel;
+
+// How far a run has come.
+typedef struct WireloomProgress {
+    // sizeof(WireloomProgress) of the library.
+    size_t size;
+    // Name of the step, valid during the call.
+    const char *step;
+    // Index of the step, from 0.
+    size_t step_index;
+    // Number of steps.
+    size_t step_count;
+    // Number of the increment that has ended, from 1.
+    size_t increment;
+    // Increments of the step.
+    size_t increment_count;
+} WireloomProgress;
+
+// A function of the host that is called at the end of every increment, in the thread that called wireloom_run. The
+// run ends if it does not return 0. It must return: no exception, no longjmp.
+typedef int (*WireloomOnProgress)(void *user, const struct WireloomProgress *progress);
+
+// What a run may be given: `WireloomRunOptions options = {sizeof options};`.
+typedef struct WireloomRunOptions {
+    // sizeof(WireloomRunOptions), set by the caller.
+    size_t size;
+    // Called at the end of every increment; may be null.
+    WireloomOnProgress on_progress;
+    // Handed to `on_progress`.
+    void *user;
+    // Cancels the run, from any thread; {0}: nothing does.
+    struct WireloomCancel cancel;
+} WireloomRunOptions;
 
 // A result: that of a run, or of a session at one moment.
 typedef struct WireloomResult {
@@ -442,7 +506,7 @@ typedef struct WireloomStep {
     size_t size;
     // Name of the step.
     const char *name;
-    // Number of the increment, from 1.
+    // Number of the increment, from 1; 0: the initial equilibrium.
     size_t increment;
     // Increments of the step.
     size_t increment_count;
@@ -454,9 +518,9 @@ typedef struct WireloomStep {
     struct WireloomEnergy energy;
     // Name of the branch with the critical bend: the one nearest to its limit, or of least radius; null: all straight.
     const char *bend_branch;
-    // Arc length of that bend, m.
+    // Arc length of that bend, m; NaN: all straight.
     double bend_s;
-    // Its radius, m.
+    // Its radius, m; infinite: all straight.
     double bend_radius;
     // Smallest radius allowed there, m; NaN: no limit.
     double bend_radius_limit;
@@ -482,68 +546,12 @@ typedef struct WireloomStep {
     double force_residual;
 } WireloomStep;
 
-// How far a run has come.
-typedef struct WireloomProgress {
-    // sizeof(WireloomProgress) of the library.
-    size_t size;
-    // Name of the step, valid during the call.
-    const char *step;
-    // Index of the step, from 0.
-    size_t step_index;
-    // Number of steps.
-    size_t step_count;
-    // Number of the increment that has ended, from 1.
-    size_t increment;
-    // Increments of the step.
-    size_t increment_count;
-} WireloomProgress;
-
-// A function of the host that is called at the end of every increment, in the thread that called wireloom_run. The
-// run ends if it does not return 0. It must return: no exception, no longjmp.
-typedef int (*WireloomOnProgress)(void *user, const struct WireloomProgress *progress);
-
-// What a run may be given: `WireloomRunOptions options = {sizeof options};`.
-typedef struct WireloomRunOptions {
-    // sizeof(WireloomRunOptions), set by the caller.
-    size_t size;
-    // Called at the end of every increment; may be null.
-    WireloomOnProgress on_progress;
-    // Handed to `on_progress`.
-    void *user;
-    // Cancels the run, from any thread; {0}: nothing does.
-    struct WireloomCancel cancel;
-} WireloomRunOptions;
-
-// A body of the surroundings, with the triangles of its surface.
-typedef struct WireloomBody {
-    // sizeof(WireloomBody), set by the caller.
-    size_t size;
-    // Its name, which no other body has.
-    const char *name;
-    // Corners, m, in the axes of the body: three numbers for each.
-    const double *corners;
-    // Number of corners.
-    size_t corner_count;
-    // Triangles: three indices of corners for each, from 0, counter-clockwise as seen from outside. The surface is
-    // closed.
-    const uint32_t *triangles;
-    // Number of triangles.
-    size_t triangle_count;
-    // Its position at the start, m.
-    double position[3];
-    // Its orientation at the start: quaternion w, x, y, z of any length but zero.
-    double orientation[4];
-    // Coefficient of Coulomb friction; 0 is smooth.
-    double friction;
-    // Required clearance of cables, m; NaN: none.
-    double min_clearance;
-} WireloomBody;
-
-// A text, or the bytes of a file.
-typedef struct WireloomText {
+// A harness that is moved by hand, each time to a new equilibrium, while the scenario is recorded: a run of its text
+// ends in the same equilibrium. Calls from several threads are carried out one after the other.
+typedef struct WireloomSession {
     // 0: none.
     uint64_t id;
-} WireloomText;
+} WireloomSession;
 
 // What is asked. Names and lists may be null, with a count of 0.
 typedef struct WireloomQuestion {
@@ -627,13 +635,6 @@ typedef struct WireloomDerivative {
     const char *reason;
 } WireloomDerivative;
 
-// A harness that is moved by hand, each time to a new equilibrium, while the scenario is recorded: a run of its text
-// ends in the same equilibrium. Calls from several threads are carried out one after the other.
-typedef struct WireloomSession {
-    // 0: none.
-    uint64_t id;
-} WireloomSession;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -641,17 +642,65 @@ extern "C" {
 // Version of the library, such as "0.1.0".
 const char *wireloom_version(void);
 
-// Makes a cancel handle.
-WireloomCode wireloom_cancel_new(struct WireloomCancel *cancel, struct WireloomError *error);
+// The bytes with a 0 after the last one, valid until it is freed, and their number without that 0. A text is UTF-8.
+WireloomCode wireloom_text_get(struct WireloomText text,
+                               const char **bytes,
+                               size_t *length,
+                               struct WireloomError *error);
 
-// Cancels what is computed with this handle, now and later. It ends within an iteration.
-WireloomCode wireloom_cancel_request(struct WireloomCancel cancel, struct WireloomError *error);
+// Frees a text.
+WireloomCode wireloom_text_free(struct WireloomText text);
 
-// Takes the request back, so that the handle can be used again.
-WireloomCode wireloom_cancel_reset(struct WireloomCancel cancel, struct WireloomError *error);
+// Makes a scenario of a text, which is not checked yet.
+//
+// `text` has `length` bytes, in UTF-8, without a 0 at the end. `folder` is that of the files which the text names; a
+// null pointer: it names no files but those that are added. A relative one is relative to where the host is now.
+// wireloom_scenario_read does the same with a file.
+WireloomCode wireloom_scenario_new(const char *text,
+                                   size_t length,
+                                   const char *folder,
+                                   struct WireloomScenario *scenario,
+                                   struct WireloomError *error);
 
-// Frees a cancel handle; what uses it goes on.
-WireloomCode wireloom_cancel_free(struct WireloomCancel cancel);
+// Makes a scenario of a file, which is not checked yet. The files that it names are looked for beside it.
+WireloomCode wireloom_scenario_read(const char *path, struct WireloomScenario *scenario, struct WireloomError *error);
+
+// Adds a file that the text may name. It goes before one of that name in the folder, and replaces one that was added
+// before; the surface of a body it does not.
+WireloomCode wireloom_scenario_add_file(struct WireloomScenario scenario,
+                                        const char *name,
+                                        const uint8_t *bytes,
+                                        size_t count,
+                                        struct WireloomError *error);
+
+// Adds a body of the surroundings: an entry of `[[obstacles]]` at the end of the text. Its surface is a file that the
+// scenario keeps. The text and the scenario have no body or file of that name yet.
+WireloomCode wireloom_scenario_add_body(struct WireloomScenario scenario,
+                                        const struct WireloomBody *body,
+                                        struct WireloomError *error);
+
+// Sets the value of a key, such as "branches.left.length" or "joints.J.model", to a value in JSON, such as "0.41",
+// "\"410 mm\"" or "\"fused\"". Comments of the text stay. WIRELOOM_CODE_NOT_FOUND: there is no such key;
+// WIRELOOM_CODE_BAD_VALUE: it is not JSON, or has a null; WIRELOOM_CODE_REFUSED: the text is not TOML.
+WireloomCode wireloom_scenario_set(struct WireloomScenario scenario,
+                                   const char *key,
+                                   const char *json,
+                                   struct WireloomError *error);
+
+// The text, as it is now.
+WireloomCode wireloom_scenario_text(struct WireloomScenario scenario,
+                                    struct WireloomText *text,
+                                    struct WireloomError *error);
+
+// The bytes of a file that the scenario keeps: one that was added, or "NAME.obj" with the surface of the body NAME. A
+// text that is saved needs them beside it.
+WireloomCode wireloom_scenario_file(struct WireloomScenario scenario,
+                                    const char *name,
+                                    struct WireloomText *bytes,
+                                    struct WireloomError *error);
+
+// Frees a scenario. What was made of it stays.
+WireloomCode wireloom_scenario_free(struct WireloomScenario scenario);
 
 // Checks a scenario: all its faults, or the remarks on one that can be carried out. `count`: their number.
 WireloomCode wireloom_scenario_check(struct WireloomScenario scenario,
@@ -667,6 +716,28 @@ WireloomCode wireloom_diagnostics_get(struct WireloomDiagnostics diagnostics,
 
 // Frees diagnostics.
 WireloomCode wireloom_diagnostics_free(struct WireloomDiagnostics diagnostics);
+
+// Makes a cancel handle.
+WireloomCode wireloom_cancel_new(struct WireloomCancel *cancel, struct WireloomError *error);
+
+// Cancels what is computed with this handle, now and later. It ends within an iteration: a run with a result whose
+// status is WIRELOOM_STATUS_INTERRUPTED, everything else with WIRELOOM_CODE_CANCELLED.
+WireloomCode wireloom_cancel_request(struct WireloomCancel cancel, struct WireloomError *error);
+
+// Takes the request back, so that the handle can be used again.
+WireloomCode wireloom_cancel_reset(struct WireloomCancel cancel, struct WireloomError *error);
+
+// Frees a cancel handle; what uses it goes on.
+WireloomCode wireloom_cancel_free(struct WireloomCancel cancel);
+
+// Carries a scenario out. `options` may be null.
+//
+// A run that does not converge, or that is cancelled, is a result, too: see the status in wireloom_result_get, which
+// is WIRELOOM_STATUS_INTERRUPTED after a cancellation. A scenario with faults is refused.
+WireloomCode wireloom_run(struct WireloomScenario scenario,
+                          const struct WireloomRunOptions *options,
+                          struct WireloomResult *result,
+                          struct WireloomError *error);
 
 // A result as a whole.
 WireloomCode wireloom_result_get(struct WireloomResult result,
@@ -743,96 +814,6 @@ WireloomCode wireloom_result_find(struct WireloomResult result,
                                   size_t *index,
                                   struct WireloomError *error);
 
-// Carries a scenario out. `options` may be null.
-//
-// A run that does not converge, or that is cancelled, is a result, too: see the status in wireloom_result_get. A
-// scenario with faults is refused.
-WireloomCode wireloom_run(struct WireloomScenario scenario,
-                          const struct WireloomRunOptions *options,
-                          struct WireloomResult *result,
-                          struct WireloomError *error);
-
-// Makes a scenario of a text, which is not checked yet.
-//
-// `text` has `length` bytes, in UTF-8, without a 0 at the end. `folder` is that of the files which the text names; a
-// null pointer: it names no files but those that are added. wireloom_scenario_read does the same with a file.
-WireloomCode wireloom_scenario_new(const char *text,
-                                   size_t length,
-                                   const char *folder,
-                                   struct WireloomScenario *scenario,
-                                   struct WireloomError *error);
-
-// Makes a scenario of a file, which is not checked yet. The files that it names are looked for beside it.
-WireloomCode wireloom_scenario_read(const char *path, struct WireloomScenario *scenario, struct WireloomError *error);
-
-// Adds a file that the text may name; it goes before one of that name in the folder.
-WireloomCode wireloom_scenario_add_file(struct WireloomScenario scenario,
-                                        const char *name,
-                                        const uint8_t *bytes,
-                                        size_t count,
-                                        struct WireloomError *error);
-
-// Adds a body of the surroundings: an entry of `[[obstacles]]` at the end of the text. Its surface is a file that the
-// scenario keeps.
-WireloomCode wireloom_scenario_add_body(struct WireloomScenario scenario,
-                                        const struct WireloomBody *body,
-                                        struct WireloomError *error);
-
-// Sets the value of a key, such as "branches.left.length" or "joints.J.model", to a value in JSON, such as "0.41",
-// "\"410 mm\"" or "\"fused\"". Comments of the text stay.
-WireloomCode wireloom_scenario_set(struct WireloomScenario scenario,
-                                   const char *key,
-                                   const char *json,
-                                   struct WireloomError *error);
-
-// The text, as it is now.
-WireloomCode wireloom_scenario_text(struct WireloomScenario scenario,
-                                    struct WireloomText *text,
-                                    struct WireloomError *error);
-
-// The bytes of a file that the scenario keeps: one that was added, or "NAME.obj" with the surface of the body NAME. A
-// text that is saved needs them beside it.
-WireloomCode wireloom_scenario_file(struct WireloomScenario scenario,
-                                    const char *name,
-                                    struct WireloomText *bytes,
-                                    struct WireloomError *error);
-
-// Frees a scenario. What was made of it stays.
-WireloomCode wireloom_scenario_free(struct WireloomScenario scenario);
-
-// Carries a scenario out up to the end of a step, and differentiates outputs there by numbers of the scenario.
-WireloomCode wireloom_sensitivities_new(struct WireloomScenario scenario,
-                                        const struct WireloomQuestion *question,
-                                        struct WireloomSensitivities *sensitivities,
-                                        struct WireloomError *error);
-
-// An answer as a whole.
-WireloomCode wireloom_sensitivities_get(struct WireloomSensitivities sensitivities,
-                                        struct WireloomAnswer *answer,
-                                        struct WireloomError *error);
-
-// A parameter, from 0.
-WireloomCode wireloom_sensitivities_parameter(struct WireloomSensitivities sensitivities,
-                                              size_t index,
-                                              struct WireloomParameter *parameter,
-                                              struct WireloomError *error);
-
-// An output, from 0.
-WireloomCode wireloom_sensitivities_output(struct WireloomSensitivities sensitivities,
-                                           size_t index,
-                                           struct WireloomOutput *output,
-                                           struct WireloomError *error);
-
-// The derivative of an output by a parameter, both from 0.
-WireloomCode wireloom_sensitivities_derivative(struct WireloomSensitivities sensitivities,
-                                               size_t output,
-                                               size_t parameter,
-                                               struct WireloomDerivative *derivative,
-                                               struct WireloomError *error);
-
-// Frees sensitivities.
-WireloomCode wireloom_sensitivities_free(struct WireloomSensitivities sensitivities);
-
 // Opens a session: finds the initial equilibrium and carries out the steps of the scenario. `cancel` cancels this and
 // what the session does later; {0}: nothing does.
 WireloomCode wireloom_session_open(struct WireloomScenario scenario,
@@ -849,246 +830,7 @@ WireloomCode wireloom_session_result(struct WireloomSession session,
 //
 // `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero;
 // null: as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone
-// together. A motion that fails on the way stays at the last equilibrium before.
-WireloomCode wireloom_session_move(struct WireloomSession session,
-                                   const char *constraint,
-                                   const double *position,
-                                   const double *orientation,
-                                   struct WireloomError *error);
-
-// Takes hold of the cable where it is, at the node of a branch nearest to the arc length `s` (m), with a new handle of
-// this name, which can then be moved and released.
-WireloomCode wireloom_session_hold(struct WireloomSession session,
-                                   const char *branch,
-                                   double s,
-                                   const char *handle,
-                                   struct WireloomError *error);
-
-// Releases a constraint that acts.
-WireloomCode wireloom_session_release(struct WireloomSession session,
-                                      const char *constraint,
-                                      struct WireloomError *error);
-
-// Moves a body of the surroundings to a pose, in as many increments as the way needs; `position` and `orientation` as
-// in wireloom_session_move.
-WireloomCode wireloom_session_move_body(struct WireloomSession session,
-                                        const char *body,
-                                        const double *position,
-                                        const double *orientation,
-                                        struct WireloomError *error);
-
-// Sets the value of a key as wireloom_scenario_set does, and carries out all steps again, with those by hand. So a
-// joint gets another model: "joints.J.model", "\"fused\"".
-WireloomCode wireloom_session_set(struct WireloomSession session,
-                                  const char *key,
-                                  const char *json,
-                                  struct WireloomError *error);
-
-// Takes the last operation back, up to 100 of them.
-WireloomCode wireloom_session_undo(struct WireloomSession session, struct WireloomError *error);
-
-// The scenario as TOML, with all that was done by hand as its steps.
-WireloomCode wireloom_session_text(struct WireloomSession session,
-                                   struct WireloomText *text,
-                                   struct WireloomError *error);
-
-// Frees a session.
-WireloomCode wireloom_session_free(struct WireloomSession session);
-
-// The bytes with a 0 after the last one, valid until it is freed, and their number without that 0. A text is UTF-8.
-WireloomCode wireloom_text_get(struct WireloomText text,
-                               const char **bytes,
-                               size_t *length,
-                               struct WireloomError *error);
-
-// Frees a text.
-WireloomCode wireloom_text_free(struct WireloomText text);
-
-// The bytes with a 0 after the last one, valid until it is freed, and their number without that 0. A text is UTF-8.
-WireloomCode wireloom_text_get(struct WireloomText text,
-                               const char **bytes,
-                               size_t *length,
-                               struct WireloomError *error);
-
-// Frees a text.
-WireloomCode wireloom_text_free(struct WireloomText text);
-
-// Makes a scenario of a text, which is not checked yet.
-//
-// `text` has `length` bytes, in UTF-8, without a 0 at the end. `folder` is that of the files which the text names; a
-// null pointer: it names no files but those that are added. wireloom_scenario_read does the same with a file.
-WireloomCode wireloom_scenario_new(const char *text,
-                                   size_t length,
-                                   const char *folder,
-                                   struct WireloomScenario *scenario,
-                                   struct WireloomError *error);
-
-// Makes a scenario of a file, which is not checked yet. The files that it names are looked for beside it.
-WireloomCode wireloom_scenario_read(const char *path, struct WireloomScenario *scenario, struct WireloomError *error);
-
-// Adds a file that the text may name; it goes before one of that name in the folder.
-WireloomCode wireloom_scenario_add_file(struct WireloomScenario scenario,
-                                        const char *name,
-                                        const uint8_t *bytes,
-                                        size_t count,
-                                        struct WireloomError *error);
-
-// Adds a body of the surroundings: an entry of `[[obstacles]]` at the end of the text. Its surface is a file that the
-// scenario keeps.
-WireloomCode wireloom_scenario_add_body(struct WireloomScenario scenario,
-                                        const struct WireloomBody *body,
-                                        struct WireloomError *error);
-
-// Sets the value of a key, such as "branches.left.length" or "joints.J.model", to a value in JSON, such as "0.41",
-// "\"410 mm\"" or "\"fused\"". Comments of the text stay.
-WireloomCode wireloom_scenario_set(struct WireloomScenario scenario,
-                                   const char *key,
-                                   const char *json,
-                                   struct WireloomError *error);
-
-// The text, as it is now.
-WireloomCode wireloom_scenario_text(struct WireloomScenario scenario,
-                                    struct WireloomText *text,
-                                    struct WireloomError *error);
-
-// The bytes of a file that the scenario keeps: one that was added, or "NAME.obj" with the surface of the body NAME. A
-// text that is saved needs them beside it.
-WireloomCode wireloom_scenario_file(struct WireloomScenario scenario,
-                                    const char *name,
-                                    struct WireloomText *bytes,
-                                    struct WireloomError *error);
-
-// Frees a scenario. What was made of it stays.
-WireloomCode wireloom_scenario_free(struct WireloomScenario scenario);
-
-// Checks a scenario: all its faults, or the remarks on one that can be carried out. `count`: their number.
-WireloomCode wireloom_scenario_check(struct WireloomScenario scenario,
-                                     struct WireloomDiagnostics *diagnostics,
-                                     size_t *count,
-                                     struct WireloomError *error);
-
-// One of the diagnostics, from 0.
-WireloomCode wireloom_diagnostics_get(struct WireloomDiagnostics diagnostics,
-                                      size_t index,
-                                      struct WireloomDiagnostic *diagnostic,
-                                      struct WireloomError *error);
-
-// Frees diagnostics.
-WireloomCode wireloom_diagnostics_free(struct WireloomDiagnostics diagnostics);
-
-// Makes a cancel handle.
-WireloomCode wireloom_cancel_new(struct WireloomCancel *cancel, struct WireloomError *error);
-
-// Cancels what is computed with this handle, now and later. It ends within an iteration.
-WireloomCode wireloom_cancel_request(struct WireloomCancel cancel, struct WireloomError *error);
-
-// Takes the request back, so that the handle can be used again.
-WireloomCode wireloom_cancel_reset(struct WireloomCancel cancel, struct WireloomError *error);
-
-// Frees a cancel handle; what uses it goes on.
-WireloomCode wireloom_cancel_free(struct WireloomCancel cancel);
-
-// Carries a scenario out. `options` may be null.
-//
-// A run that does not converge, or that is cancelled, is a result, too: see the status in wireloom_result_get. A
-// scenario with faults is refused.
-WireloomCode wireloom_run(struct WireloomScenario scenario,
-                          const struct WireloomRunOptions *options,
-                          struct WireloomResult *result,
-                          struct WireloomError *error);
-
-// A result as a whole.
-WireloomCode wireloom_result_get(struct WireloomResult result,
-                                 struct WireloomSummary *summary,
-                                 struct WireloomError *error);
-
-// One of the remarks, from 0; valid until the result is freed.
-WireloomCode wireloom_result_note(struct WireloomResult result,
-                                  size_t index,
-                                  const char **note,
-                                  struct WireloomError *error);
-
-// Frees a result, with all texts and arrays that were read from it.
-WireloomCode wireloom_result_free(struct WireloomResult result);
-
-// One of the equilibria, from 0.
-WireloomCode wireloom_result_step(struct WireloomResult result,
-                                  size_t index,
-                                  struct WireloomStep *step,
-                                  struct WireloomError *error);
-
-// Index of a part of an equilibrium by its name; `family`: a WireloomFamily.
-WireloomCode wireloom_result_find(struct WireloomResult result,
-                                  size_t step,
-                                  uint32_t family,
-                                  const char *name,
-                                  size_t *index,
-                                  struct WireloomError *error);
-
-// A branch of an equilibrium, from 0, in the order of the scenario.
-WireloomCode wireloom_result_branch(struct WireloomResult result,
-                                    size_t step,
-                                    size_t index,
-                                    struct WireloomBranch *branch,
-                                    struct WireloomError *error);
-
-// A constraint that acts, from 0.
-WireloomCode wireloom_result_constraint(struct WireloomResult result,
-                                        size_t step,
-                                        size_t index,
-                                        struct WireloomConstraint *constraint,
-                                        struct WireloomError *error);
-
-// A joint, from 0.
-WireloomCode wireloom_result_joint(struct WireloomResult result,
-                                   size_t step,
-                                   size_t index,
-                                   struct WireloomPlace *joint,
-                                   struct WireloomError *error);
-
-// A marker, from 0.
-WireloomCode wireloom_result_marker(struct WireloomResult result,
-                                    size_t step,
-                                    size_t index,
-                                    struct WireloomPlace *marker,
-                                    struct WireloomError *error);
-
-// A body, from 0.
-WireloomCode wireloom_result_body(struct WireloomResult result,
-                                  size_t step,
-                                  size_t index,
-                                  struct WireloomBodyState *body,
-                                  struct WireloomError *error);
-
-// An event, from 0, in the order in which they began.
-WireloomCode wireloom_result_event(struct WireloomResult result,
-                                   size_t index,
-                                   struct WireloomEvent *event,
-                                   struct WireloomError *error);
-
-// A requirement, from 0.
-WireloomCode wireloom_result_requirement(struct WireloomResult result,
-                                         size_t index,
-                                         struct WireloomRequirement *requirement,
-                                         struct WireloomError *error);
-
-// Opens a session: finds the initial equilibrium and carries out the steps of the scenario. `cancel` cancels this and
-// what the session does later; {0}: nothing does.
-WireloomCode wireloom_session_open(struct WireloomScenario scenario,
-                                   struct WireloomCancel cancel,
-                                   struct WireloomSession *session,
-                                   struct WireloomError *error);
-
-// The current equilibrium: a result of one step, with the events and requirements so far.
-WireloomCode wireloom_session_result(struct WireloomSession session,
-                                     struct WireloomResult *result,
-                                     struct WireloomError *error);
-
-// Moves a constraint that acts to a pose, in as many increments as the way needs.
-//
-// `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero;
-// null: as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone
-// together. A motion that fails on the way stays at the last equilibrium before.
+// together. A motion that fails on the way stays at the last equilibrium before, and is a step, too, if it came so far.
 WireloomCode wireloom_session_move(struct WireloomSession session,
                                    const char *constraint,
                                    const double *position,

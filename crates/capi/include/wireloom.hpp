@@ -1,7 +1,7 @@
 // Wireloom for C++17: wireloom.h with handles that free themselves, and errors as exceptions.
 //
 // Structs such as WireloomBranch are those of wireloom.h; their pointers are valid as long as the object they were read
-// from. Objects can be moved, but not copied.
+// from, so a struct with pointers is not read from a temporary. Objects can be moved, but not copied.
 
 #ifndef WIRELOOM_HPP
 #define WIRELOOM_HPP
@@ -62,7 +62,7 @@ template <class Struct, class Call> Struct filled(Call call) {
 /// A handle that is freed with its owner.
 template <class Handle, WireloomCode (*Free)(Handle)> class Owned {
   public:
-    explicit Owned(Handle handle = {}) : handle(handle) {}
+    explicit Owned(Handle own = {}) : handle(own) {}
     Owned(Owned &&other) noexcept : handle(std::exchange(other.handle, Handle{})) {}
     Owned &operator=(Owned &&other) noexcept {
         if (this != &other) {
@@ -110,70 +110,84 @@ class Cancel {
 /// The result of a run, or of a session at one moment.
 class Result {
   public:
-    explicit Result(WireloomResult handle) : own(handle) {}
+    explicit Result(WireloomResult result) : own(result) {}
     WireloomResult handle() const { return own.handle; }
 
-    WireloomSummary summary() const {
+    WireloomSummary summary() const & {
         return detail::filled<WireloomSummary>(
             [&](auto *out, WireloomError *error) { return wireloom_result_get(own.handle, out, error); });
     }
-    WireloomStep step(std::size_t step) const {
+    WireloomStep step(std::size_t step) const & {
         return detail::filled<WireloomStep>(
             [&](auto *out, WireloomError *error) { return wireloom_result_step(own.handle, step, out, error); });
     }
-    WireloomBranch branch(std::size_t step, std::size_t index) const {
+    WireloomBranch branch(std::size_t step, std::size_t index) const & {
         return detail::filled<WireloomBranch>([&](auto *out, WireloomError *error) {
             return wireloom_result_branch(own.handle, step, index, out, error);
         });
     }
-    WireloomBranch branch(std::size_t step, const char *name) const {
+    WireloomBranch branch(std::size_t step, const std::string &name) const & {
         return branch(step, find(step, WIRELOOM_FAMILY_BRANCH, name));
     }
-    WireloomConstraint constraint(std::size_t step, std::size_t index) const {
+    WireloomConstraint constraint(std::size_t step, std::size_t index) const & {
         return detail::filled<WireloomConstraint>([&](auto *out, WireloomError *error) {
             return wireloom_result_constraint(own.handle, step, index, out, error);
         });
     }
-    WireloomConstraint constraint(std::size_t step, const char *name) const {
+    WireloomConstraint constraint(std::size_t step, const std::string &name) const & {
         return constraint(step, find(step, WIRELOOM_FAMILY_CONSTRAINT, name));
     }
-    WireloomPlace joint(std::size_t step, std::size_t index) const {
+    WireloomPlace joint(std::size_t step, std::size_t index) const & {
         return detail::filled<WireloomPlace>([&](auto *out, WireloomError *error) {
             return wireloom_result_joint(own.handle, step, index, out, error);
         });
     }
-    WireloomPlace marker(std::size_t step, std::size_t index) const {
+    WireloomPlace marker(std::size_t step, std::size_t index) const & {
         return detail::filled<WireloomPlace>([&](auto *out, WireloomError *error) {
             return wireloom_result_marker(own.handle, step, index, out, error);
         });
     }
-    WireloomBodyState body(std::size_t step, std::size_t index) const {
+    WireloomBodyState body(std::size_t step, std::size_t index) const & {
         return detail::filled<WireloomBodyState>([&](auto *out, WireloomError *error) {
             return wireloom_result_body(own.handle, step, index, out, error);
         });
     }
-    WireloomEvent event(std::size_t index) const {
+    WireloomEvent event(std::size_t index) const & {
         return detail::filled<WireloomEvent>(
             [&](auto *out, WireloomError *error) { return wireloom_result_event(own.handle, index, out, error); });
     }
-    WireloomRequirement requirement(std::size_t index) const {
+    WireloomRequirement requirement(std::size_t index) const & {
         return detail::filled<WireloomRequirement>([&](auto *out, WireloomError *error) {
             return wireloom_result_requirement(own.handle, index, out, error);
         });
     }
-    const char *note(std::size_t index) const {
+    const char *note(std::size_t index) const & {
         const char *note = nullptr;
         detail::checked([&](WireloomError *error) { return wireloom_result_note(own.handle, index, &note, error); });
         return note;
     }
     /// Index of a part by its name.
-    std::size_t find(std::size_t step, WireloomFamily family, const char *name) const {
+    std::size_t find(std::size_t step, WireloomFamily family, const std::string &name) const {
         std::size_t index = 0;
         detail::checked([&](WireloomError *error) {
-            return wireloom_result_find(own.handle, step, family, name, &index, error);
+            return wireloom_result_find(own.handle, step, family, name.c_str(), &index, error);
         });
         return index;
     }
+
+    // Their pointers would end with the temporary.
+    WireloomSummary summary() const && = delete;
+    WireloomStep step(std::size_t) const && = delete;
+    WireloomBranch branch(std::size_t, std::size_t) const && = delete;
+    WireloomBranch branch(std::size_t, const std::string &) const && = delete;
+    WireloomConstraint constraint(std::size_t, std::size_t) const && = delete;
+    WireloomConstraint constraint(std::size_t, const std::string &) const && = delete;
+    WireloomPlace joint(std::size_t, std::size_t) const && = delete;
+    WireloomPlace marker(std::size_t, std::size_t) const && = delete;
+    WireloomBodyState body(std::size_t, std::size_t) const && = delete;
+    WireloomEvent event(std::size_t) const && = delete;
+    WireloomRequirement requirement(std::size_t) const && = delete;
+    const char *note(std::size_t) const && = delete;
 
   private:
     detail::Owned<WireloomResult, wireloom_result_free> own;
@@ -182,7 +196,7 @@ class Result {
 /// A harness that is moved by hand.
 class Session {
   public:
-    explicit Session(WireloomSession handle) : own(handle) {}
+    explicit Session(WireloomSession session) : own(session) {}
     WireloomSession handle() const { return own.handle; }
 
     /// Moves a constraint; a null pointer keeps its position, or its orientation.
@@ -198,9 +212,9 @@ class Session {
         });
     }
     /// Takes hold of the cable, with a new handle of this name.
-    void hold(const char *branch, double s, const char *handle) {
+    void hold(const char *branch, double s, const char *name) {
         detail::checked(
-            [&](WireloomError *error) { return wireloom_session_hold(own.handle, branch, s, handle, error); });
+            [&](WireloomError *error) { return wireloom_session_hold(own.handle, branch, s, name, error); });
     }
     void release(const char *constraint) {
         detail::checked(
@@ -232,28 +246,34 @@ class Session {
 /// Derivatives of results by numbers of a scenario.
 class Sensitivities {
   public:
-    explicit Sensitivities(WireloomSensitivities handle) : own(handle) {}
+    explicit Sensitivities(WireloomSensitivities sensitivities) : own(sensitivities) {}
     WireloomSensitivities handle() const { return own.handle; }
 
-    WireloomAnswer answer() const {
+    WireloomAnswer answer() const & {
         return detail::filled<WireloomAnswer>(
             [&](auto *out, WireloomError *error) { return wireloom_sensitivities_get(own.handle, out, error); });
     }
-    WireloomParameter parameter(std::size_t index) const {
+    WireloomParameter parameter(std::size_t index) const & {
         return detail::filled<WireloomParameter>([&](auto *out, WireloomError *error) {
             return wireloom_sensitivities_parameter(own.handle, index, out, error);
         });
     }
-    WireloomOutput output(std::size_t index) const {
+    WireloomOutput output(std::size_t index) const & {
         return detail::filled<WireloomOutput>([&](auto *out, WireloomError *error) {
             return wireloom_sensitivities_output(own.handle, index, out, error);
         });
     }
-    WireloomDerivative derivative(std::size_t output, std::size_t parameter) const {
+    WireloomDerivative derivative(std::size_t output, std::size_t parameter) const & {
         return detail::filled<WireloomDerivative>([&](auto *out, WireloomError *error) {
             return wireloom_sensitivities_derivative(own.handle, output, parameter, out, error);
         });
     }
+
+    // Their pointers would end with the temporary.
+    WireloomAnswer answer() const && = delete;
+    WireloomParameter parameter(std::size_t) const && = delete;
+    WireloomOutput output(std::size_t) const && = delete;
+    WireloomDerivative derivative(std::size_t, std::size_t) const && = delete;
 
   private:
     detail::Owned<WireloomSensitivities, wireloom_sensitivities_free> own;
@@ -275,9 +295,9 @@ class Scenario {
         });
     }
     static Scenario read(const char *path) {
-        WireloomScenario handle{};
-        detail::checked([&](WireloomError *error) { return wireloom_scenario_read(path, &handle, error); });
-        return Scenario(handle);
+        WireloomScenario scenario{};
+        detail::checked([&](WireloomError *error) { return wireloom_scenario_read(path, &scenario, error); });
+        return Scenario(scenario);
     }
     WireloomScenario handle() const { return own.handle; }
 
@@ -299,16 +319,23 @@ class Scenario {
         detail::checked([&](WireloomError *error) { return wireloom_scenario_text(own.handle, &text, error); });
         return detail::taken(text);
     }
+    /// The bytes of a file that the scenario keeps, such as "NAME.obj" with the surface of the body NAME.
+    std::string file(const std::string &name) const {
+        WireloomText bytes{};
+        detail::checked(
+            [&](WireloomError *error) { return wireloom_scenario_file(own.handle, name.c_str(), &bytes, error); });
+        return detail::taken(bytes);
+    }
     std::vector<Diagnostic> check() const {
-        WireloomDiagnostics handle{};
+        WireloomDiagnostics list{};
         std::size_t count = 0;
         detail::checked(
-            [&](WireloomError *error) { return wireloom_scenario_check(own.handle, &handle, &count, error); });
-        detail::Owned<WireloomDiagnostics, wireloom_diagnostics_free> all(handle);
+            [&](WireloomError *error) { return wireloom_scenario_check(own.handle, &list, &count, error); });
+        detail::Owned<WireloomDiagnostics, wireloom_diagnostics_free> all(list);
         std::vector<Diagnostic> found;
         for (std::size_t k = 0; k < count; k++) {
             WireloomDiagnostic one = detail::sized<WireloomDiagnostic>();
-            detail::checked([&](WireloomError *error) { return wireloom_diagnostics_get(handle, k, &one, error); });
+            detail::checked([&](WireloomError *error) { return wireloom_diagnostics_get(list, k, &one, error); });
             found.push_back({one.severity, one.line, one.column, one.message, one.suggestion});
         }
         return found;
@@ -325,11 +352,11 @@ class Scenario {
         options.user = &watch;
         if (watch.call) {
             options.on_progress = [](void *user, const WireloomProgress *progress) {
-                Watch &own = *static_cast<Watch *>(user);
+                Watch &watching = *static_cast<Watch *>(user);
                 try {
-                    return own.call(*progress) ? 0 : 1;
+                    return watching.call(*progress) ? 0 : 1;
                 } catch (...) {
-                    own.thrown = std::current_exception();
+                    watching.thrown = std::current_exception();
                     return 1;
                 }
             };
@@ -337,22 +364,26 @@ class Scenario {
         if (cancel != nullptr) {
             options.cancel = cancel->handle();
         }
-        WireloomResult handle{};
-        detail::checked([&](WireloomError *error) { return wireloom_run(own.handle, &options, &handle, error); });
-        Result result(handle);
+        WireloomResult ended{};
+        WireloomError error = detail::sized<WireloomError>();
+        const WireloomCode code = wireloom_run(own.handle, &options, &ended, &error);
+        Result result(ended);
         if (watch.thrown) {
             std::rethrow_exception(watch.thrown);
+        }
+        if (code != WIRELOOM_CODE_OK) {
+            throw Error(error);
         }
         return result;
     }
     /// Opens a session. `cancel` cancels what it does.
     Session session(const Cancel *cancel = nullptr) const {
-        WireloomSession handle{};
+        WireloomSession opened{};
         const WireloomCancel none{};
         detail::checked([&](WireloomError *error) {
-            return wireloom_session_open(own.handle, cancel == nullptr ? none : cancel->handle(), &handle, error);
+            return wireloom_session_open(own.handle, cancel == nullptr ? none : cancel->handle(), &opened, error);
         });
-        return Session(handle);
+        return Session(opened);
     }
 
     /// Derivatives of outputs by the numbers at keys, at the end of a step; a null pointer: the last one.
@@ -367,15 +398,15 @@ class Scenario {
         if (cancel != nullptr) {
             question.cancel = cancel->handle();
         }
-        WireloomSensitivities handle{};
+        WireloomSensitivities found{};
         detail::checked([&](WireloomError *error) {
-            return wireloom_sensitivities_new(own.handle, &question, &handle, error);
+            return wireloom_sensitivities_new(own.handle, &question, &found, error);
         });
-        return Sensitivities(handle);
+        return Sensitivities(found);
     }
 
   private:
-    explicit Scenario(WireloomScenario handle) : own(handle) {}
+    explicit Scenario(WireloomScenario scenario) : own(scenario) {}
 
     detail::Owned<WireloomScenario, wireloom_scenario_free> own;
 };

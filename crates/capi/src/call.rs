@@ -5,7 +5,8 @@ use crate::pointers::{self, SizedStruct};
 use std::ffi::c_char;
 use wireloom::scenario::fault::safe;
 
-/// What a failed function says: `WireloomError error = {sizeof error};`. Longer texts are cut off.
+/// What a failed function says: `WireloomError error = {sizeof error};`. Longer texts are cut off. A function that
+/// succeeds leaves it as it is.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct WireloomError {

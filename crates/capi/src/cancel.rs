@@ -30,7 +30,8 @@ pub extern "C" fn wireloom_cancel_new(cancel: *mut WireloomCancel, error: *mut W
     })
 }
 
-/// Cancels what is computed with this handle, now and later. It ends within an iteration.
+/// Cancels what is computed with this handle, now and later. It ends within an iteration: a run with a result whose
+/// status is WIRELOOM_STATUS_INTERRUPTED, everything else with WIRELOOM_CODE_CANCELLED.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_cancel_request(cancel: WireloomCancel, error: *mut WireloomError) -> WireloomCode {
     call(error, || {

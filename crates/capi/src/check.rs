@@ -7,7 +7,8 @@ use crate::scenario::{WireloomScenario, source};
 use crate::words::Words;
 use crate::{handles, worker};
 use std::ffi::c_char;
-use wireloom::scenario::Places;
+use wireloom::scenario::fault::safe;
+use wireloom::scenario::{Fault, Places};
 
 /// What the handle is called.
 const WHAT: &str = "diagnostics";
@@ -80,20 +81,20 @@ pub extern "C" fn wireloom_scenario_check(
             let places = Places::of(&source.text);
             Ok(match source.load(&wireloom::registry()) {
                 Ok((_, built)) => {
-                    let note = |note| One {
+                    let note = |note: String| One {
                         severity: WireloomSeverity::Note,
                         place: (0, 0),
-                        message: note,
+                        message: safe(&note),
                         suggestion: String::new(),
                     };
                     built.notes.into_iter().map(note).collect()
                 }
                 Err(faults) => {
-                    let one = |fault| One {
+                    let one = |fault: Fault| One {
                         severity: WireloomSeverity::Error,
                         place: place(&places, &fault),
-                        message: fault.message,
-                        suggestion: fault.help,
+                        message: safe(&fault.message),
+                        suggestion: safe(&fault.help),
                     };
                     faults.into_iter().map(one).collect::<Vec<_>>()
                 }

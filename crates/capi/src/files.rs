@@ -1,6 +1,6 @@
 //! The files that a scenario names: those that the host gave, and those in a folder.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,6 +17,8 @@ const LARGEST: u64 = 1 << 30;
 pub struct Files {
     folder: Option<PathBuf>,
     held: BTreeMap<String, Arc<[u8]>>,
+    /// Names of those among them that are surfaces of bodies.
+    bodies: BTreeSet<String>,
 }
 
 /// The text of a scenario's file.
@@ -32,14 +34,25 @@ fn whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 impl Files {
-    /// Those in a folder.
+    /// Those in a folder, whose path is absolute: the host may go to another one.
     pub fn new(folder: Option<PathBuf>) -> Self {
-        Self { folder, held: BTreeMap::new() }
+        Self { folder, held: BTreeMap::new(), bodies: BTreeSet::new() }
     }
 
     /// Keeps a file.
     pub fn hold(&mut self, name: String, bytes: Vec<u8>) {
         self.held.insert(name, bytes.into());
+    }
+
+    /// Keeps the surface of a body.
+    pub fn hold_body(&mut self, name: String, bytes: Vec<u8>) {
+        self.bodies.insert(name.clone());
+        self.hold(name, bytes);
+    }
+
+    /// Whether a file is the surface of a body.
+    pub fn is_body(&self, name: &str) -> bool {
+        self.bodies.contains(name)
     }
 
     /// A file that it keeps.

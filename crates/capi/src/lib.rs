@@ -17,21 +17,28 @@
 
 #![expect(unsafe_code, reason = "functions of C have unmangled names, and take pointers")]
 
+// The header follows this order.
 mod call;
-mod cancel;
-mod check;
 mod failure;
-mod files;
 mod handles;
 mod pointers;
-mod result;
-mod run;
-mod scenario;
-mod sensitivities;
-mod session;
 mod text;
 mod words;
 mod worker;
+
+mod files;
+mod scenario;
+
+mod check;
+
+mod cancel;
+mod run;
+
+mod result;
+
+mod session;
+
+mod sensitivities;
 
 use std::ffi::c_char;
 

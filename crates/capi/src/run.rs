@@ -103,8 +103,8 @@ fn attend(messages: &Receiver<Message>, on_progress: WireloomOnProgress, user: *
 
 /// Carries a scenario out. `options` may be null.
 ///
-/// A run that does not converge, or that is cancelled, is a result, too: see the status in wireloom_result_get. A
-/// scenario with faults is refused.
+/// A run that does not converge, or that is cancelled, is a result, too: see the status in wireloom_result_get, which
+/// is WIRELOOM_STATUS_INTERRUPTED after a cancellation. A scenario with faults is refused.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_run(
     scenario: WireloomScenario,

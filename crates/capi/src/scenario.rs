@@ -6,6 +6,7 @@ use crate::files::{self, Files};
 use crate::handles;
 use crate::pointers::{self, SizedStruct};
 use crate::text::{self, WireloomText};
+use serde_json::Value as Json;
 use std::ffi::c_char;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -106,8 +107,11 @@ impl Source {
     pub fn with_value(&self, key: &str, json: &str, registry: &Registry) -> Result<String, Failure> {
         let value = serde_json::from_str(json)
             .map_err(|error| Failure::value(format!("the value of `{key}` is not JSON: {error}"), "write JSON"))?;
-        record::with_json(&self.text, key, &value, registry)
-            .map_err(|fault| Failure::of_fault(WireloomCode::NotFound, &self.text, &fault))
+        let failure = |code| move |fault: Fault| Failure::of_fault(code, &self.text, &fault);
+        // This fails if the text is not TOML, and then only.
+        record::with_markers(&self.text, &[]).map_err(failure(WireloomCode::Refused))?;
+        let code = if in_toml(&value) { WireloomCode::NotFound } else { WireloomCode::BadValue };
+        record::with_json(&self.text, key, &value, registry).map_err(failure(code))
     }
 
     /// Adds a body: an entry of the text, and a file with its surface.
@@ -129,8 +133,10 @@ impl Source {
             return Err(Failure::not_found(message, format!("corners are 0 to {}", body.corner_count.max(1) - 1)));
         }
         let file = format!("{name}.obj");
-        if self.files.held(&file).is_some() {
-            let message = format!("there is a body or a file of the name of \"{name}\"");
+        let bodies = record::value_at(&self.text, "obstacles").unwrap_or_default();
+        let same = |own: &Json| own["name"] == *name || own["mesh"] == *file;
+        if self.files.held(&file).is_some() || bodies.as_array().is_some_and(|bodies| bodies.iter().any(same)) {
+            let message = format!("there is a body \"{name}\" or a file \"{file}\"");
             return Err(Failure::value(message, "give it another name"));
         }
         let mut obj = String::new();
@@ -139,8 +145,9 @@ impl Source {
         triangles
             .chunks(3)
             .for_each(|t| writeln!(obj, "f {} {} {}", one(t[0]), one(t[1]), one(t[2])).unwrap_or_default());
+        let line = if self.text.ends_with('\n') { "" } else { "\n" };
         let mut entry = format!(
-            "\n[[obstacles]]\nname = {}\nmesh = {}\nposition = {position:?}\norientation = {orientation:?}\n",
+            "{line}\n[[obstacles]]\nname = {}\nmesh = {}\nposition = {position:?}\norientation = {orientation:?}\n",
             quoted(name),
             quoted(&file),
         );
@@ -150,25 +157,44 @@ impl Source {
         if !min_clearance.is_nan() {
             entry += &format!("min_clearance = {min_clearance:?}\n");
         }
-        if !self.text.ends_with('\n') {
-            self.text.push('\n');
-        }
-        self.text += &entry;
-        self.files.hold(file, obj.into_bytes());
+        let text = format!("{}{entry}", self.text);
+        self.files.hold_body(file, obj.into_bytes());
+        self.text = text;
         Ok(())
     }
+}
+
+/// Whether TOML has such a value: it lacks null, and whole numbers of more than 64 bits with their sign.
+fn in_toml(value: &Json) -> bool {
+    match value {
+        Json::Null => false,
+        Json::Number(number) => number.is_i64() || !number.is_u64(),
+        Json::Array(list) => list.iter().all(in_toml),
+        Json::Object(table) => table.values().all(in_toml),
+        Json::Bool(_) | Json::String(_) => true,
+    }
+}
+
+/// The absolute path of a folder or a file, for a host that goes to another folder later.
+fn absolute(path: &str) -> Result<PathBuf, Failure> {
+    // An empty path is where the host is, too.
+    std::path::absolute(Path::new(".").join(path)).map_err(|error| {
+        let message = format!("`{path}` has no absolute path: {error}");
+        Failure::new(WireloomCode::System, message, "give an absolute path")
+    })
 }
 
 /// A text as TOML has it.
 fn quoted(text: &str) -> String {
     // Strings of JSON are strings of TOML, but for one character.
-    serde_json::Value::from(text).to_string().replace('\u{7f}', "\\u007f")
+    Json::from(text).to_string().replace('\u{7f}', "\\u007f")
 }
 
 /// Makes a scenario of a text, which is not checked yet.
 ///
 /// `text` has `length` bytes, in UTF-8, without a 0 at the end. `folder` is that of the files which the text names; a
-/// null pointer: it names no files but those that are added. wireloom_scenario_read does the same with a file.
+/// null pointer: it names no files but those that are added. A relative one is relative to where the host is now.
+/// wireloom_scenario_read does the same with a file.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_scenario_new(
     text: *const c_char,
@@ -180,7 +206,7 @@ pub extern "C" fn wireloom_scenario_new(
     call(error, || {
         pointers::place(scenario, "scenario")?;
         let text = pointers::text_of_length(text, length, "text")?.to_owned();
-        let folder = pointers::text_if_given(folder, "folder")?.map(PathBuf::from);
+        let folder = pointers::text_if_given(folder, "folder")?.map(absolute).transpose()?;
         let id = handles::new(Kept(Mutex::new(Source { text, files: Files::new(folder) })));
         pointers::put(scenario, "scenario", WireloomScenario { id })
     })
@@ -195,19 +221,21 @@ pub extern "C" fn wireloom_scenario_read(
 ) -> WireloomCode {
     call(error, || {
         pointers::place(scenario, "scenario")?;
-        let path = Path::new(pointers::text(path, "path")?);
-        let bytes = files::read_text(path).map_err(|error| {
-            let message = format!("cannot read {}: {error}", path.display());
+        let given = pointers::text(path, "path")?;
+        let path = absolute(given)?;
+        let bytes = files::read_text(&path).map_err(|error| {
+            let message = format!("cannot read {given}: {error}");
             Failure::new(WireloomCode::System, message, "give the path of a scenario's file")
         })?;
-        let text = pointers::utf8(&bytes, "path")?.to_owned();
+        let text = pointers::utf8(&bytes, given)?.to_owned();
         let folder = path.parent().map(Path::to_path_buf);
         let id = handles::new(Kept(Mutex::new(Source { text, files: Files::new(folder) })));
         pointers::put(scenario, "scenario", WireloomScenario { id })
     })
 }
 
-/// Adds a file that the text may name; it goes before one of that name in the folder.
+/// Adds a file that the text may name. It goes before one of that name in the folder, and replaces one that was added
+/// before; the surface of a body it does not.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_scenario_add_file(
     scenario: WireloomScenario,
@@ -220,13 +248,17 @@ pub extern "C" fn wireloom_scenario_add_file(
         let kept = handles::get::<Kept>(scenario.id, WHAT)?;
         let name = pointers::text(name, "name")?.to_owned();
         let bytes = pointers::list(bytes, count, "bytes")?.to_vec();
-        kept.lock().files.hold(name, bytes);
+        let mut source = kept.lock();
+        if source.files.is_body(&name) {
+            return Err(Failure::value(format!("\"{name}\" is the surface of a body"), "give it another name"));
+        }
+        source.files.hold(name, bytes);
         Ok(())
     })
 }
 
 /// Adds a body of the surroundings: an entry of `[[obstacles]]` at the end of the text. Its surface is a file that the
-/// scenario keeps.
+/// scenario keeps. The text and the scenario have no body or file of that name yet.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_scenario_add_body(
     scenario: WireloomScenario,
@@ -242,7 +274,8 @@ pub extern "C" fn wireloom_scenario_add_body(
 }
 
 /// Sets the value of a key, such as "branches.left.length" or "joints.J.model", to a value in JSON, such as "0.41",
-/// "\"410 mm\"" or "\"fused\"". Comments of the text stay.
+/// "\"410 mm\"" or "\"fused\"". Comments of the text stay. WIRELOOM_CODE_NOT_FOUND: there is no such key;
+/// WIRELOOM_CODE_BAD_VALUE: it is not JSON, or has a null; WIRELOOM_CODE_REFUSED: the text is not TOML.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_scenario_set(
     scenario: WireloomScenario,
@@ -297,4 +330,17 @@ pub extern "C" fn wireloom_scenario_file(
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_scenario_free(scenario: WireloomScenario) -> WireloomCode {
     call(std::ptr::null_mut(), || handles::free::<Kept>(scenario.id, WHAT))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_absolute() {
+        let own = std::env::current_dir().ok();
+        assert_eq!(absolute("").ok(), own);
+        assert_eq!(absolute("./a.toml").ok(), own.map(|own| own.join("a.toml")));
+        assert_eq!(absolute("/a/b").ok(), Some(PathBuf::from("/a/b")));
+    }
 }

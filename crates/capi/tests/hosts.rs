@@ -12,31 +12,78 @@ use wireloom::{Control, Run, StepResult};
 
 type Check = fn() -> Result<(), Failed>;
 
-/// Checks, and the programs that each of them needs.
-const CHECKS: [(&str, Check, &[&str]); 8] = [
-    ("the example of the README prints where its harness ends", example, &["cc", "pkg-config"]),
-    ("C reads the numbers of the Rust library, to the bit", numbers, &["cc", "pkg-config"]),
-    ("what a session saves is carried out to where it ended", session, &["cc", "pkg-config"]),
-    ("threads use sessions of their own, and one together", threads, &["cc", "pkg-config"]),
-    ("hostile calls get error codes", hostile, &["cc", "pkg-config"]),
-    ("a plug is dragged from C++", drag, &["c++", "pkg-config"]),
-    ("CMake finds the library", cmake, &["cc", "c++", "cmake"]),
-    ("the shared library has the functions of the list alone, with their versions", symbols, &["nm"]),
+/// Checks, and what each of them needs.
+const CHECKS: [(&str, Check, &[Need]); 10] = [
+    ("the example of the README prints where its harness ends", example, &[Need::C]),
+    ("C reads the numbers of the Rust library, to the bit", numbers, &[Need::C]),
+    ("what a session saves is carried out to where it ended", session, &[Need::C]),
+    ("threads use sessions of their own, and one together", threads, &[Need::C]),
+    ("a host unloads the library while its threads wait", unload, &[Need::C]),
+    ("hostile calls get error codes", hostile, &[Need::C]),
+    ("hostile calls touch no memory that is not theirs", sanitized, &[Need::C, Need::AddressSanitizer]),
+    ("a plug is dragged from C++", drag, &[Need::Cpp]),
+    ("CMake finds the library", cmake, &[Need::C, Need::Cpp, Need::Program("cmake")]),
+    ("the shared library has the functions of the list alone, with their versions", symbols, &[Need::Program("nm")]),
 ];
+
+/// What a check needs of the system.
+#[derive(Clone, Copy)]
+enum Need {
+    /// A compiler of C, and pkg-config.
+    C,
+    /// A compiler of C++, and pkg-config.
+    Cpp,
+    /// A compiler with the address sanitizer, whose programs run.
+    AddressSanitizer,
+    Program(&'static str),
+}
+
+impl Need {
+    /// What of it the system lacks.
+    fn missing(self) -> Option<String> {
+        let program = |name: &str| (!runs(name)).then(|| format!("no `{name}`"));
+        match self {
+            Self::C => program(&compiler("c")).or_else(|| program("pkg-config")),
+            Self::Cpp => program(&compiler("cpp")).or_else(|| program("pkg-config")),
+            Self::AddressSanitizer => {
+                (!has_sanitizer()).then(|| format!("`{} -fsanitize=address` makes no program that runs", compiler("c")))
+            }
+            Self::Program(name) => program(name),
+        }
+    }
+}
 
 fn main() -> ExitCode {
     let trials = CHECKS.iter().map(|&(name, check, needed)| {
-        let missing = needed.iter().find(|program| !runs(program));
-        let reason = match missing {
-            Some(program) => Some(format!("no `{program}`")),
-            None => (!cfg!(target_os = "linux")).then(|| "the library is installed on Linux only so far".to_owned()),
-        };
-        match reason {
+        let elsewhere = || "the library is installed on Linux only so far".to_owned();
+        let reason = needed.iter().find_map(|need| need.missing());
+        match reason.or_else(|| (!cfg!(target_os = "linux")).then(elsewhere)) {
             None => Trial::test(name, check),
             Some(reason) => Trial::test(format!("{name} (ignored: {reason})"), || Ok(())).with_ignored_flag(true),
         }
     });
     libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit_code()
+}
+
+/// The compiler of files with an extension; that of C links the library, too.
+fn compiler(extension: &str) -> String {
+    let (variable, usual) = if extension == "cpp" { ("CXX", "c++") } else { ("CC", "cc") };
+    std::env::var(variable).unwrap_or_else(|_| usual.to_owned())
+}
+
+/// Whether an empty program can be compiled with the address sanitizer, and runs.
+fn has_sanitizer() -> bool {
+    let source = scratch().join("empty.c");
+    let program = scratch().join("empty");
+    let written = std::fs::write(&source, "int main(void) { return 0; }\n");
+    let mut compile = Command::new(compiler("c"));
+    compile.arg("-fsanitize=address").arg(&source).arg("-o").arg(&program);
+    written.is_ok() && done(&mut compile).is_ok() && done(&mut Command::new(&program)).is_ok()
+}
+
+/// Folder of what is built for the tests.
+fn scratch() -> &'static Path {
+    Path::new(env!("CARGO_TARGET_TMPDIR"))
 }
 
 fn runs(program: &str) -> bool {
@@ -58,21 +105,30 @@ fn scenario() -> PathBuf {
 }
 
 /// Folder into which the library, built with the profile of the tests, is installed.
-fn installed() -> &'static Path {
-    static INSTALLED: OnceLock<PathBuf> = OnceLock::new();
-    INSTALLED.get_or_init(|| {
+fn installed() -> Result<&'static Path, Failed> {
+    static INSTALLED: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let folder = INSTALLED.get_or_init(|| {
         let test = std::env::current_exe().expect("a test knows where it is");
         let profile = test.ancestors().nth(2).expect("tests lie in <profile>/deps");
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("capi");
+        let folder = scratch().join("capi");
         let mut install = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         install.args(["run", "--quiet", "--package", "xtask", "--", "capi"]).arg(&folder);
         if !profile.ends_with("release") {
             install.arg("--debug");
         }
         install.current_dir(root()).env("CARGO_TARGET_DIR", profile.parent().expect("the target folder"));
-        done(&mut install).expect("the library is installed");
-        folder
-    })
+        done(&mut install)
+            .map(|_| folder)
+            .map_err(|failed| failed.message().unwrap_or("it cannot be installed").to_owned())
+    });
+    folder.as_deref().map_err(|message| message.into())
+}
+
+/// A program that loads the library installed here, and no other one.
+fn host(program: &Path) -> Result<Command, Failed> {
+    let mut host = Command::new(program);
+    host.env("LD_LIBRARY_PATH", installed()?.join("lib"));
+    Ok(host)
 }
 
 /// What a program prints, if it succeeds.
@@ -87,23 +143,23 @@ fn done(command: &mut Command) -> Result<String, Failed> {
 }
 
 /// A program of `tests/hosts`, compiled as pkg-config says; `options` are those of the compiler.
-fn compiled(source: &str, options: &[&str]) -> Result<PathBuf, Failed> {
-    let library = installed().join("lib");
+fn compiled(source: &str, options: &[&str]) -> Result<Command, Failed> {
+    let library = installed()?.join("lib");
     let mut asked = Command::new("pkg-config");
     asked.args(["--cflags", "--libs", "wireloom"]).env("PKG_CONFIG_PATH", library.join("pkgconfig"));
     let flags = done(&mut asked)?;
-    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("host-{}", source.replace('.', "-")));
-    let compiler = if source.ends_with(".cpp") { "c++" } else { "cc" };
-    let mut compile = Command::new(compiler);
-    compile.args(["-O1", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]).args(options);
+    let program = scratch().join(format!("host-{source}{}", options.concat()));
+    let (_, extension) = source.rsplit_once('.').expect("a source has an extension");
+    let standard = if extension == "cpp" { "-std=c++17" } else { "-std=c11" };
+    let mut compile = Command::new(compiler(extension));
+    compile.args([standard, "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]).args(options);
     compile.arg(here().join("tests/hosts").join(source)).arg("-o").arg(&program).args(flags.split_whitespace());
-    done(compile.arg("-lm").arg(format!("-Wl,-rpath,{}", library.display())))?;
-    Ok(program)
+    done(compile.arg("-lm"))?;
+    host(&program)
 }
 
 fn example() -> Result<(), Failed> {
-    let program = compiled("example.c", &["-std=c11"])?;
-    let printed = done(Command::new(program).current_dir(root()))?;
+    let printed = done(compiled("example.c", &[])?.current_dir(root()))?;
     let readme = std::fs::read_to_string(here().join("README.md"))?;
     let source = std::fs::read_to_string(here().join("tests/hosts/example.c"))?;
     let blocks: Vec<&str> = readme.split("```").skip(1).step_by(2).collect();
@@ -172,8 +228,7 @@ fn lines(run: &Run, increments: usize) -> String {
 }
 
 fn numbers() -> Result<(), Failed> {
-    let program = compiled("numbers.c", &["-std=c11"])?;
-    let printed = done(Command::new(program).arg(scenario()))?;
+    let printed = done(compiled("numbers.c", &[])?.arg(scenario()))?;
     let text = std::fs::read_to_string(scenario())?;
     let (_, built) = wireloom::load(&text, &wireloom::registry()).map_err(|faults| format!("{faults:?}"))?;
     let mut increments = 0;
@@ -187,40 +242,61 @@ fn numbers() -> Result<(), Failed> {
 }
 
 fn session() -> Result<(), Failed> {
-    done(Command::new(compiled("session.c", &["-std=c11"])?).arg(scenario())).map(|printed| print(&printed))
+    done(compiled("session.c", &[])?.arg(scenario())).map(|printed| print(&printed))
 }
 
 fn threads() -> Result<(), Failed> {
-    done(Command::new(compiled("threads.c", &["-std=c11", "-pthread"])?).arg(scenario())).map(|printed| print(&printed))
+    done(compiled("threads.c", &["-pthread"])?.arg(scenario())).map(|printed| print(&printed))
+}
+
+fn unload() -> Result<(), Failed> {
+    // Not linked with the library: it has none of its functions.
+    let mut host = compiled("unload.c", &["-Wl,--as-needed"])?;
+    done(host.arg(scenario()).arg(installed()?.join("lib/libwireloom.so"))).map(|printed| print(&printed))
 }
 
 fn hostile() -> Result<(), Failed> {
-    // Clang and gcc have it, but not on every system.
-    let sanitized = compiled("hostile.c", &["-std=c11", "-fsanitize=address"]);
-    if sanitized.is_err() {
-        print("without the address sanitizer, which this compiler lacks\n");
-    }
-    let program = sanitized.or_else(|_| compiled("hostile.c", &["-std=c11"]))?;
-    done(Command::new(program).arg(scenario())).map(|printed| print(&printed))
+    abused(&[])
+}
+
+fn sanitized() -> Result<(), Failed> {
+    abused(&["-fsanitize=address"])
+}
+
+/// Every function was called, and has succeeded at least once.
+fn abused(options: &[&str]) -> Result<(), Failed> {
+    // Handles that nobody frees are no fault of the library.
+    let printed = done(compiled("hostile.c", options)?.env("ASAN_OPTIONS", "detect_leaks=0").arg(scenario()))?;
+    print(&printed);
+    let called: BTreeSet<&str> =
+        printed.lines().filter_map(|line| line.split_once(": ")).map(|(name, _)| name).collect();
+    let map = std::fs::read_to_string(here().join("wireloom.map"))?;
+    let listed = map.lines().filter_map(|line| line.trim().strip_suffix(';')).filter(|f| f.starts_with("wireloom_"));
+    let missing: Vec<&str> = listed.filter(|name| *name != "wireloom_version" && !called.contains(name)).collect();
+    if missing.is_empty() { Ok(()) } else { Err(format!("hostile.c does not call {missing:?}").into()) }
 }
 
 fn drag() -> Result<(), Failed> {
-    done(Command::new(compiled("drag.cpp", &["-std=c++17"])?).arg(scenario())).map(|printed| print(&printed))
+    done(compiled("drag.cpp", &[])?.arg(scenario())).map(|printed| print(&printed))
 }
 
 fn cmake() -> Result<(), Failed> {
-    let build = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cmake");
+    let build = scratch().join("cmake");
+    // What it found before is not asked again.
+    if build.exists() {
+        std::fs::remove_dir_all(&build)?;
+    }
     let mut configure = Command::new("cmake");
     configure.arg("-S").arg(here().join("tests/hosts")).arg("-B").arg(&build);
-    done(configure.arg(format!("-DCMAKE_PREFIX_PATH={}", installed().display())))?;
+    done(configure.arg(format!("-DCMAKE_PREFIX_PATH={}", installed()?.display())))?;
     done(Command::new("cmake").arg("--build").arg(&build))?;
-    done(Command::new(build.join("example")).current_dir(root()))?;
-    done(Command::new(build.join("drag")).arg(scenario())).map(|printed| print(&printed))
+    done(host(&build.join("example"))?.current_dir(root()))?;
+    done(host(&build.join("drag"))?.arg(scenario())).map(|printed| print(&printed))
 }
 
 fn symbols() -> Result<(), Failed> {
     let mut asked = Command::new("nm");
-    asked.args(["-D", "--defined-only", "--with-symbol-versions"]).arg(installed().join("lib/libwireloom.so"));
+    asked.args(["-D", "--defined-only", "--with-symbol-versions"]).arg(installed()?.join("lib/libwireloom.so"));
     let shown = done(&mut asked)?;
     let shown: BTreeSet<&str> = shown.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
     let map = std::fs::read_to_string(here().join("wireloom.map"))?;

@@ -69,7 +69,8 @@ fn link(folder: &Path, debug: bool) -> Result<(), String> {
     // A program that runs keeps the old file.
     remove(&path).map_err(place)?;
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
-    let mut link = command(&compiler, &["-shared", "-Wl,--gc-sections"]);
+    // Its threads live on when a host unloads it, so it stays.
+    let mut link = command(&compiler, &["-shared", "-Wl,--gc-sections", "-Wl,-z,nodelete", "-Wl,-z,defs"]);
     link.args(functions.map(|function| format!("-Wl,-u,{function}")));
     link.arg(format!("-Wl,-soname,libwireloom.so.{SONAME}")).arg(format!("-Wl,--version-script={}", map.display()));
     link.args(if debug { None } else { Some("-Wl,--strip-all") });

@@ -20,7 +20,7 @@ pub fn test() -> Result<(), String> {
         // GPU drivers expect this variable and print a warning at every start without it.
         all.env("XDG_RUNTIME_DIR", tools::runtime()?);
     }
-    tools::cmake();
+    tools::finders();
     let python = tools::python();
     if let Some(python) = &python {
         all.env("WIRELOOM_PYTHON", python);

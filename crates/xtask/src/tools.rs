@@ -1,5 +1,6 @@
-//! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, CMake, Node and a browser for the studio's
-//! page, cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into the target folder.
+//! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, CMake, pkg-config, Node and a browser for
+//! the studio's page, cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into the
+//! target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -46,13 +47,15 @@ pub fn vulkan() -> bool {
     done.is_ok() && has_vulkan()
 }
 
-/// Installs CMake, with which the tests of the C library build a program; without it that test is ignored.
-pub fn cmake() {
-    if works(&mut command("cmake", &["--version"])) {
+/// Installs CMake and pkg-config, with which programs find the C library; without them its tests are ignored.
+pub fn finders() {
+    let missing = |program: &&str| !works(&mut command(program, &["--version"]));
+    let missing: Vec<&str> = ["cmake", "pkg-config"].into_iter().filter(missing).collect();
+    if missing.is_empty() {
         return;
     }
-    if let Err(error) = install("install CMake, with which a program finds the C library", &["cmake"]) {
-        println!("{error}\nno CMake: the test of the C library that needs it is ignored");
+    if let Err(error) = install("install what finds the C library", &missing) {
+        println!("{error}\nno {}: the tests of the C library that need it are ignored", missing.join(" and no "));
     }
 }
 

@@ -40,7 +40,7 @@ pub struct WireloomStep {
     pub size: usize,
     /// Name of the step.
     pub name: *const c_char,
-    /// Number of the increment, from 1.
+    /// Number of the increment, from 1; 0: the initial equilibrium.
     pub increment: usize,
     /// Increments of the step.
     pub increment_count: usize,
@@ -52,9 +52,9 @@ pub struct WireloomStep {
     pub energy: WireloomEnergy,
     /// Name of the branch with the critical bend: the one nearest to its limit, or of least radius; null: all straight.
     pub bend_branch: *const c_char,
-    /// Arc length of that bend, m.
+    /// Arc length of that bend, m; NaN: all straight.
     pub bend_s: f64,
-    /// Its radius, m.
+    /// Its radius, m; infinite: all straight.
     pub bend_radius: f64,
     /// Smallest radius allowed there, m; NaN: no limit.
     pub bend_radius_limit: f64,

@@ -59,6 +59,7 @@ impl Snapshot {
 }
 
 /// A motion by hand: one step, whose increments follow the targets.
+#[derive(Clone)]
 struct Drag {
     name: String,
     constraint: usize,
@@ -83,6 +84,13 @@ impl Drag {
         let way = Way { constraint: constraint.to_owned(), places: self.passed.iter().map(place).collect() };
         Written { name: self.name.clone(), way: Some(way), ..Written::default() }
     }
+}
+
+/// What a failure restores.
+struct Saved {
+    now: Snapshot,
+    undo: Vec<Snapshot>,
+    drag: Option<Drag>,
 }
 
 /// The harness of a session.
@@ -170,10 +178,7 @@ impl Live {
             let message = format!("\"{name}\" acts along a part of a branch and cannot be moved");
             return Err(Failure::request(message, "move another constraint"));
         }
-        if goal.position.is_none() && goal.orientation.is_none() {
-            let help = "give a position, an orientation, or both";
-            return Err(Failure::value(format!("the target of \"{name}\" is empty"), help));
-        }
+        check_some(name, goal)?;
         if goal.orientation.is_some() && how.is_none() {
             let message = format!("\"{name}\" does not hold the orientation of the cable, so it cannot be turned");
             return Err(Failure::request(message, "give a position only"));
@@ -183,7 +188,9 @@ impl Live {
         if let Some(to) = &goal.position {
             self.check_distance(name, &target(&self.now.at).position, to)?;
         }
-        if self.drag.as_ref().is_some_and(|drag| drag.constraint != index) {
+        let other = self.drag.as_ref().is_some_and(|drag| drag.constraint != index);
+        let before = other.then(|| self.saved());
+        if other {
             self.end_motion();
         }
         let step_name =
@@ -191,7 +198,15 @@ impl Live {
         loop {
             let from = target(&self.now.at);
             let (passed, reached) = approach(&from, goal, how, MAX_MOTION * harness.lengths().0);
-            let ended = harness.advance_open(&step_to(&step_name, index, &passed), &self.now.at)?;
+            let ended = match harness.advance_open(&step_to(&step_name, index, &passed), &self.now.at) {
+                Ok(ended) => ended,
+                Err(failure) => {
+                    if let Some(before) = before.filter(|_| self.drag.is_none()) {
+                        self.restore(before);
+                    }
+                    return Err(failure);
+                }
+            };
             let drag = self.drag.get_or_insert_with(|| Drag {
                 name: step_name.clone(),
                 constraint: index,
@@ -221,6 +236,27 @@ impl Live {
         self.keep(drag.before);
     }
 
+    /// The session as it is.
+    fn saved(&self) -> Saved {
+        Saved { now: self.now.clone(), undo: self.undo.clone(), drag: self.drag.clone() }
+    }
+
+    /// The session as it was.
+    fn restore(&mut self, saved: Saved) {
+        (self.now, self.undo, self.drag) = (saved.now, saved.undo, saved.drag);
+    }
+
+    /// Ends a motion and does something else, or, if that fails, neither.
+    fn after_motion(&mut self, work: impl FnOnce(&mut Self) -> Result<(), Failure>) -> Result<(), Failure> {
+        let before = self.drag.is_some().then(|| self.saved());
+        self.end_motion();
+        work(self).inspect_err(|_| {
+            if let Some(before) = before {
+                self.restore(before);
+            }
+        })
+    }
+
     /// Keeps a state for undo.
     fn keep(&mut self, before: Snapshot) {
         self.undo.push(before);
@@ -231,7 +267,10 @@ impl Live {
 
     /// Takes hold of the cable where it is, at the node nearest to an arc length, with a new handle of this name.
     pub fn hold(&mut self, branch: &str, s: f64, name: &str) -> Result<(), Failure> {
-        self.end_motion();
+        self.after_motion(|live| live.hold_at(branch, s, name))
+    }
+
+    fn hold_at(&mut self, branch: &str, s: f64, name: &str) -> Result<(), Failure> {
         let branches = &self.now.end.branches;
         let line = branches.iter().find(|line| line.name == branch).ok_or_else(|| {
             let names: Vec<&str> = branches.iter().map(|line| line.name.as_str()).collect();
@@ -252,7 +291,10 @@ impl Live {
 
     /// Releases a constraint.
     pub fn release(&mut self, name: &str) -> Result<(), Failure> {
-        self.end_motion();
+        self.after_motion(|live| live.release_now(name))
+    }
+
+    fn release_now(&mut self, name: &str) -> Result<(), Failure> {
         self.constraint(name)?;
         let step = self.step_name(&format!("release {name}"));
         self.apply(Written { name: step, release: vec![name.to_owned()], ..Written::default() })
@@ -280,13 +322,17 @@ impl Live {
 
     /// Moves a body of the surroundings to a pose, in as many increments as the way needs.
     pub fn move_body(&mut self, name: &str, goal: &Goal) -> Result<(), Failure> {
-        self.end_motion();
+        self.after_motion(|live| live.carry_body(name, goal))
+    }
+
+    fn carry_body(&mut self, name: &str, goal: &Goal) -> Result<(), Failure> {
         let harness = self.now.harness.clone();
         let bodies = &harness.network.obstacles;
         let index = bodies.iter().position(|body| body.name == name).ok_or_else(|| {
             let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
             Failure::not_found(format!("there is no body \"{name}\""), did_you_mean(name, names))
         })?;
+        check_some(name, goal)?;
         let from = self.now.end.obstacles.get(index).map_or(bodies[index].pose, |body| body.pose);
         let position = goal.position.unwrap_or_else(|| from.position.into());
         self.check_distance(name, &from.position, &position)?;
@@ -322,7 +368,10 @@ impl Live {
 
     /// Sets a value of the scenario, and carries out all its steps again, with those by hand.
     pub fn set(&mut self, key: &str, json: &str) -> Result<(), Failure> {
-        self.end_motion();
+        self.after_motion(|live| live.set_value(key, json))
+    }
+
+    fn set_value(&mut self, key: &str, json: &str) -> Result<(), Failure> {
         let Snapshot { text, by_hand, .. } = self.now.clone();
         let changed = Source { text: text.to_string(), files: self.source.files.clone() };
         let text = changed.with_value(key, json, &self.registry)?;
@@ -349,6 +398,14 @@ impl Live {
 fn whole_text(text: &str, by_hand: impl Iterator<Item = Rc<Written>>) -> Result<String, Failure> {
     let further: Vec<Written> = by_hand.map(|step| (*step).clone()).collect();
     with_steps(text, usize::MAX, &further).map_err(|fault| Failure::refused(text, &[fault]))
+}
+
+/// Refuses an empty target.
+fn check_some(name: &str, goal: &Goal) -> Result<(), Failure> {
+    if goal.position.is_some() || goal.orientation.is_some() {
+        return Ok(());
+    }
+    Err(Failure::value(format!("the target of \"{name}\" is empty"), "give a position, an orientation, or both"))
 }
 
 /// Refuses a quaternion that is none.

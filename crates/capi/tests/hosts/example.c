@@ -12,6 +12,6 @@ int main(void) {
         return 1;
     }
     const double *end = trunk.position + 3 * (trunk.node_count - 1);
-    printf("%s ends at %.3f %.3f %.3f m\n", trunk.name, end[0], end[1], end[2]);
+    printf("%s ends at x = %.3f m, z = %.3f m\n", trunk.name, end[0], end[2]);
     return wireloom_result_free(result) || wireloom_scenario_free(scenario);
 }

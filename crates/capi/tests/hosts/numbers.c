@@ -1,5 +1,5 @@
-// Carries out the scenario of its argument, and prints all numbers of its result as the bits that they are. The test
-// compares them with those of the Rust library.
+// Carries out the scenario of its argument, and prints energies, the arrays of branches, constraints and requirements as
+// the bits that they are. The test compares them with those of the Rust library.
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -64,7 +64,18 @@ static int add_box(WireloomScenario scenario) {
                         .min_clearance = NAN};
     DO(wireloom_scenario_add_body(scenario, &box, &error));
     HOLDS(wireloom_scenario_add_body(scenario, &box, &error) == WIRELOOM_CODE_BAD_VALUE);
-    return 0;
+    HOLDS(wireloom_scenario_add_file(scenario, "box.obj", NULL, 0, &error) == WIRELOOM_CODE_BAD_VALUE);
+    // A name that the text has, and a file of the host.
+    const char *text = "schema = 1\n[[obstacles]]\nname = \"box\"\nmesh = \"other.obj\"";
+    WireloomScenario other;
+    DO(wireloom_scenario_new(text, strlen(text), NULL, &other, &error));
+    HOLDS(wireloom_scenario_add_body(other, &box, &error) == WIRELOOM_CODE_BAD_VALUE);
+    box.name = "other";
+    HOLDS(wireloom_scenario_add_body(other, &box, &error) == WIRELOOM_CODE_BAD_VALUE);
+    box.name = "own";
+    DO(wireloom_scenario_add_file(other, "own.obj", NULL, 0, &error));
+    HOLDS(wireloom_scenario_add_body(other, &box, &error) == WIRELOOM_CODE_BAD_VALUE);
+    return wireloom_scenario_free(other);
 }
 
 // Carries out what a session saves, with the box of its scenario.
@@ -94,7 +105,29 @@ static int drag(WireloomScenario scenario) {
     size_t length;
     DO(wireloom_session_open(scenario, (WireloomCancel){0}, &session, &error));
     DO(wireloom_session_result(session, &before, &error));
+    // What fails ends no motion, so one undo takes both parts back.
     double to[] = {0.85, -0.25, 0};
+    const double nowhere[] = {1e9, 0, 0};
+    for (int k = 0; k < 2; k++) {
+        to[0] -= 0.005;
+        DO(wireloom_session_move(session, "plug-C", to, NULL, &error));
+        HOLDS(wireloom_session_hold(session, "nobody", 0.1, "hand", &error) == WIRELOOM_CODE_NOT_FOUND);
+        HOLDS(wireloom_session_hold(session, "trunk", 0.1, "plug-A", &error) == WIRELOOM_CODE_REFUSED);
+        HOLDS(wireloom_session_release(session, "nobody", &error) == WIRELOOM_CODE_NOT_FOUND);
+        HOLDS(wireloom_session_move(session, "nobody", to, NULL, &error) == WIRELOOM_CODE_NOT_FOUND);
+        HOLDS(wireloom_session_move_body(session, "nobody", to, NULL, &error) == WIRELOOM_CODE_NOT_FOUND);
+        HOLDS(wireloom_session_move_body(session, "box", nowhere, NULL, &error) == WIRELOOM_CODE_BAD_VALUE);
+        HOLDS(wireloom_session_move_body(session, "box", NULL, NULL, &error) == WIRELOOM_CODE_BAD_VALUE);
+        HOLDS(wireloom_session_set(session, "nothing.there", "1", &error) == WIRELOOM_CODE_NOT_FOUND);
+    }
+    DO(wireloom_session_undo(session, &error));
+    DO(wireloom_session_result(session, &now, &error));
+    if (same(before, now, 0)) {
+        return 1;
+    }
+    DO(wireloom_result_free(now));
+    HOLDS(wireloom_session_undo(session, &error) == WIRELOOM_CODE_REQUEST);
+    to[0] = 0.85;
     for (int k = 0; k < 5; k++) {
         to[0] -= 0.01;
         DO(wireloom_session_move(session, "plug-C", to, NULL, &error));
@@ -187,6 +220,10 @@ static int refused(void) {
         DO(wireloom_scenario_new(texts[k], strlen(texts[k]), NULL, &scenario, &error));
         HOLDS(wireloom_run(scenario, NULL, &result, &error) == WIRELOOM_CODE_REFUSED);
         HOLDS(strstr(error.message, words[k]) != NULL && error.line == (k == 0 ? 1 : 3));
+        const WireloomCode set = wireloom_scenario_set(scenario, "name", "1", &error);
+        HOLDS(set == (k == 0 ? WIRELOOM_CODE_REFUSED : WIRELOOM_CODE_OK));
+        HOLDS(k == 0 || wireloom_scenario_set(scenario, "name", "[1, null]", &error) == WIRELOOM_CODE_BAD_VALUE);
+        HOLDS(k == 0 || wireloom_scenario_set(scenario, "nothing.there", "1", &error) == WIRELOOM_CODE_NOT_FOUND);
         DO(wireloom_scenario_free(scenario));
     }
     return 0;
