@@ -47,7 +47,7 @@ mod cells;
 
 use cells::Curvature;
 use wireloom_core::equilibrium::{BranchError, BranchResult};
-use wireloom_core::network::Branch;
+use wireloom_core::network::{Branch, BranchEnd};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rod::{BranchHessian, BranchShape, SegmentHessian};
 use wireloom_core::{State, Tangent, Vector};
@@ -70,8 +70,8 @@ const AT_STATION: [[f64; 3]; 3] =
     [[32.0 / 21.0, -2.0 / 3.0, 1.0 / 7.0], [-16.0 / 7.0, 3.0, -5.0 / 7.0], [32.0 / 21.0, -8.0 / 3.0, 8.0 / 7.0]];
 /// Further factor in a scheme of fourth order, whose leading term is most of the error on fine meshes only.
 const FINE_SAFETY: f64 = 1.5;
-/// By how much errors of positions and forces are larger than the leading term says, for the fourth power of the
-/// largest change of curvature from coupling to coupling, relative to the largest curvature.
+/// By how much errors are larger than the leading term says, for the fourth power of the largest change of curvature
+/// from coupling to coupling, relative to the largest curvature.
 const STEEP: f64 = 10.0;
 /// Differences of the load per length that are round-off, relative to the force.
 const EVEN: f64 = 1e-9;
@@ -705,8 +705,8 @@ impl<'a> Samples<'a> {
         errors
     }
 
-    /// Factor on what the leading term says of positions and forces, by how steeply the curvature changes: near a clamp
-    /// a heavy or thin cable may bend within the length of a segment.
+    /// Factor on what the leading term says, by how steeply the curvature changes: near a clamp a heavy or thin cable
+    /// may bend within the length of a segment.
     fn steepness(&self) -> f64 {
         let bends = |j: usize| self.couplings(j).map(|c| c.map(|c| self.curvature[c].xy()));
         let change = |j: usize| match bends(j) {
@@ -791,8 +791,20 @@ pub(crate) fn estimate(
     let touches = touches(problem);
     let slides = problem.has_slides();
     let factor = if touches || slides { SAFETY * CONTACT_SAFETY } else { SAFETY };
+    let samples = |(index, result)| Samples::new(problem, state, index, result);
+    let samples: Vec<Samples<'_>> = results.iter().enumerate().map(samples).collect();
+    // What is not resolved in one branch moves those that it meets.
+    let around = |end: BranchEnd| match end {
+        BranchEnd::Joint { joint, .. } => &problem.network.joints[joint].branches[..],
+        BranchEnd::Free => &[],
+    };
+    let own: Vec<f64> = samples.iter().map(Samples::steepness).collect();
+    let steepness = |index: usize| {
+        let Branch { start, end, .. } = &problem.network.branches[index];
+        around(*start).iter().chain(around(*end)).map(|other| own[*other]).fold(own[index], f64::max)
+    };
     let estimate = |(index, result): (usize, &BranchResult)| {
-        let samples = Samples::new(problem, state, index, result);
+        let samples = &samples[index];
         let mut errors = samples.errors(index, response, result);
         if touches {
             // At a node that touches something the force jumps; with another mesh it touches elsewhere.
@@ -800,6 +812,12 @@ pub(crate) fn estimate(
                 errors.force[node + 1] += 0.5 * (pair[1] - pair[0]).norm();
             }
         }
+        let steepness = steepness(index);
+        let slid = if slides { SLIDE_SAFETY } else { 1.0 };
+        for all in [&mut errors.force, &mut errors.moment, &mut errors.curvature] {
+            all.iter_mut().for_each(|error| *error *= steepness);
+        }
+        errors.position.iter_mut().for_each(|error| *error *= steepness * slid);
         for (node, unresolved) in samples.unresolved().into_iter().enumerate() {
             errors.curvature[node] += unresolved;
             errors.moment[node] += samples.stiffness.xy().max() * unresolved;
@@ -812,10 +830,6 @@ pub(crate) fn estimate(
             errors.moment.iter_mut().for_each(|error| *error += moment);
             errors.curvature.iter_mut().for_each(|error| *error += moment / samples.stiffness.xy().min());
         }
-        let steepness = samples.steepness();
-        let slid = if slides { SLIDE_SAFETY } else { 1.0 };
-        errors.force.iter_mut().for_each(|error| *error *= steepness);
-        errors.position.iter_mut().for_each(|error| *error *= steepness * slid);
         let NodalErrors { curvature, torsion, force, moment, position, .. } = &mut errors;
         let factor = if samples.fine.contains(&true) { FINE_SAFETY * factor } else { factor };
         for all in [curvature, torsion, force, moment, position] {
@@ -826,25 +840,37 @@ pub(crate) fn estimate(
     results.iter().enumerate().map(estimate).collect()
 }
 
-/// By how much the curvature is largest between nodes, at the top of the parabola through that of a node without a
-/// station and of those beside it, 1/m: with β half the difference of these and γ half the second difference
-/// `β²/(−4 γ)`; times [`FINE_SAFETY`], as the curvature is no parabola.
+/// By how much the curvature is larger between nodes than at the nearest one, at the top of the parabola through that of
+/// a node without a station and of those beside it, 1/m: with β half the difference of these and γ half the second
+/// difference it is `β²/(−4 γ)` above the node, `β/(−2 γ)` of a segment beside it; times [`FINE_SAFETY`], as the
+/// curvature is no parabola. At a station and at an end of the branch it is that of the parabola beside it.
 fn between(branch: &Branch, result: &BranchResult) -> Vec<f64> {
     let bends: Vec<f64> = result.bend_radius.iter().map(|radius| 1.0 / radius).collect();
-    let mut all = vec![0.0; bends.len()];
+    let (last, is_station) = (bends.len() - 1, |node: usize| branch.rod.mesh().station_frame(node).is_some());
+    let mut all = vec![0.0_f64; bends.len()];
     for (k, three) in bends.windows(3).enumerate() {
         let [before, here, after] = [three[0], three[1], three[2]];
-        let is_top = here >= before && here >= after && here > 0.5 * (before + after);
-        if is_top && branch.rod.mesh().station_frame(k + 1).is_none() {
-            let (slope, bend) = (0.5 * (after - before), 0.5 * (before + after) - here);
-            all[k + 1] = FINE_SAFETY * slope * slope / (-4.0 * bend);
+        let (slope, bend) = (0.5 * (after - before), 0.5 * (before + after) - here);
+        if bend >= 0.0 || is_station(k + 1) {
+            continue;
+        }
+        let (place, top) = (slope / (-2.0 * bend), here - slope * slope / (4.0 * bend));
+        let node = if place.abs() <= 0.5 {
+            k + 1
+        } else if place < 0.0 {
+            k
+        } else {
+            k + 2
+        };
+        if place.abs() < 1.0 && (node == k + 1 || node == 0 || node == last || is_station(node)) {
+            all[node] = all[node].max(FINE_SAFETY * (top - bends[node]));
         }
     }
     all
 }
 
-/// Whether the harness touches something, or itself, where contact was evaluated last. A contact that the penalty alone
-/// bears well enough has no record.
+/// Whether the harness touches something, or itself, where contact was evaluated last. A contact that the penalty
+/// alone bears well enough has no record.
 fn touches(problem: &Problem<'_>) -> bool {
     !problem.conditions().contact.records.is_empty() || !problem.contact().found().is_empty()
 }
