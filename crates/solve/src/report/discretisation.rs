@@ -840,8 +840,8 @@ pub(crate) fn estimate(
     results.iter().enumerate().map(estimate).collect()
 }
 
-/// By how much the curvature is larger between nodes than at the nearest one, at the top of the parabola through that of
-/// a node without a station and of those beside it, 1/m: with β half the difference of these and γ half the second
+/// By how much the curvature is larger between nodes than at the nearest one, at the top of the parabola through that
+/// of a node without a station and of those beside it, 1/m: with β half the difference of these and γ half the second
 /// difference it is `β²/(−4 γ)` above the node, `β/(−2 γ)` of a segment beside it; times [`FINE_SAFETY`], as the
 /// curvature is no parabola. At a station and at an end of the branch it is that of the parabola beside it.
 fn between(branch: &Branch, result: &BranchResult) -> Vec<f64> {
