@@ -830,7 +830,7 @@ WireloomCode wireloom_session_result(struct WireloomSession session,
 //
 // `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero;
 // null: as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone
-// together. A motion that fails on the way stays at the last equilibrium before, and is a step, too, if it came so far.
+// together. A motion that fails on the way stays at the last equilibrium before.
 WireloomCode wireloom_session_move(struct WireloomSession session,
                                    const char *constraint,
                                    const double *position,
