@@ -1,9 +1,9 @@
 // Wireloom: the assembly of branched cables, computed. Made from crates/capi; do not edit.
 //
-// Every function that can fail returns a WireloomCode, and fills its WireloomError unless that pointer is null.
-// Handles are numbers; 0 is none. A handle that was freed, or is of something else, is an error. What a handle was made
-// of may be freed before it. Strings are UTF-8 and end with a 0. Everything is in SI units. All functions may be called
-// from any thread at the same time. README.md says more.
+// Every function that can fail returns a WireloomCode, and fills its WireloomError unless that pointer is null; those
+// that free handles have none. Handles are numbers; 0 is none. A handle that was freed, or is of something else, is an
+// error. What a handle was made of may be freed before it. Strings are UTF-8 and end with a 0. Everything is in SI
+// units. All functions may be called from any thread at the same time. README.md says more.
 
 #ifndef WIRELOOM_H
 #define WIRELOOM_H
@@ -830,7 +830,7 @@ WireloomCode wireloom_session_result(struct WireloomSession session,
 //
 // `position`: three numbers, m; null: where it is. `orientation`: a quaternion w, x, y, z of any length but zero;
 // null: as it is. Motions of one constraint that follow each other are one step of the scenario, and are undone
-// together. A motion that fails on the way stays at the last equilibrium before, and is a step, too, if it came so far.
+// together. A motion that fails on the way stays at the last equilibrium before.
 WireloomCode wireloom_session_move(struct WireloomSession session,
                                    const char *constraint,
                                    const double *position,

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 const HEAD: &str = "\
 // Wireloom: the assembly of branched cables, computed. Made from crates/capi; do not edit.
 //
-// Every function that can fail returns a WireloomCode, and fills its WireloomError unless that pointer is null.
-// Handles are numbers; 0 is none. A handle that was freed, or is of something else, is an error. What a handle was made
-// of may be freed before it. Strings are UTF-8 and end with a 0. Everything is in SI units. All functions may be called
-// from any thread at the same time. README.md says more.";
+// Every function that can fail returns a WireloomCode, and fills its WireloomError unless that pointer is null; those
+// that free handles have none. Handles are numbers; 0 is none. A handle that was freed, or is of something else, is an
+// error. What a handle was made of may be freed before it. Strings are UTF-8 and end with a 0. Everything is in SI
+// units. All functions may be called from any thread at the same time. README.md says more.";
 
 fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

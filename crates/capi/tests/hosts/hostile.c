@@ -155,12 +155,12 @@ static void where(WireloomWhere place) {
 
 static const char *path;
 
-// The flat box of the scenario.
+// A flat box whose triangles face inward, so that there is a remark.
 static int add_box(WireloomScenario scenario) {
     const double corners[] = {-.05, -.05, -.01, .05, -.05, -.01, .05, .05, -.01, -.05, .05, -.01,
                               -.05, -.05, .01,  .05, -.05, .01,  .05, .05, .01,  -.05, .05, .01};
-    const uint32_t triangles[] = {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
-                                  1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
+    const uint32_t triangles[] = {0, 1, 2, 0, 2, 3, 4, 6, 5, 4, 7, 6, 0, 5, 1, 0, 4, 5,
+                                  1, 6, 2, 1, 5, 6, 2, 7, 3, 2, 6, 7, 3, 4, 0, 3, 7, 4};
     const WireloomBody box = {.size = sizeof box,
                               .name = "box",
                               .corners = corners,
@@ -173,7 +173,7 @@ static int add_box(WireloomScenario scenario) {
     return CALL(scenario_add_body, scenario, &box, NULL);
 }
 
-// The scenario of the argument with a box and a marker.
+// The scenario of the argument with a box, a marker, and a limit that it does not keep, so that there is an event.
 static int made(WireloomScenario *scenario) {
     static const char more[] = "\n[[markers]]\nname = \"middle\"\nat = { branch = \"trunk\", s = \"300 mm\" }\n";
     WireloomScenario plain = {0};
@@ -189,7 +189,8 @@ static int made(WireloomScenario *scenario) {
     memcpy(longer + length, more, sizeof more);
     const int wrong = CALL(scenario_new, longer, length + sizeof more - 1, NULL, scenario, NULL);
     free(longer);
-    return wrong || CALL(text_free, text) || CALL(scenario_free, plain) || add_box(*scenario);
+    return wrong || CALL(text_free, text) || CALL(scenario_free, plain) || add_box(*scenario) ||
+           CALL(scenario_set, *scenario, "sections.trunk.min_bend_radius", "0.4", NULL);
 }
 
 // Of which the other handles are made; no hostile call changes it.
@@ -363,7 +364,8 @@ static int one_call(void) {
             break;
         }
         case 23:
-            CALL(result_find, H(WireloomResult), number(), (uint32_t)next(8), name(), place(), error);
+            CALL(result_find, H(WireloomResult), number(), next(2) ? WIRELOOM_FAMILY_BRANCH : (uint32_t)next(8),
+                 next(2) ? "trunk" : name(), place(), error);
             break;
         case 24: {
             WireloomBranch *one = OUT(WireloomBranch);
@@ -507,7 +509,8 @@ static int one_call(void) {
         }
         case 50: {
             WireloomDerivative *one = OUT(WireloomDerivative);
-            if (CALL(sensitivities_derivative, H(WireloomSensitivities), number(), number(), one, error) == 0) {
+            const size_t output = next(2) ? 0 : number(), parameter = next(2) ? 0 : number();
+            if (CALL(sensitivities_derivative, H(WireloomSensitivities), output, parameter, one, error) == 0) {
                 word(one->reason);
             }
             break;

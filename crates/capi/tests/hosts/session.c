@@ -200,6 +200,13 @@ static int check(WireloomScenario scenario) {
     HOLDS(wireloom_run(scenario, NULL, &result, &error) == WIRELOOM_CODE_REFUSED);
     HOLDS(error.line == one.line && error.column == one.column && strcmp(error.message, one.message) == 0);
     DO(wireloom_diagnostics_free(diagnostics));
+    // Quoted without control characters.
+    DO(wireloom_scenario_set(scenario, "branches.left.section", "\"\\u001b[2J\"", &error));
+    DO(wireloom_scenario_check(scenario, &diagnostics, &count, &error));
+    DO(wireloom_diagnostics_get(diagnostics, 0, &one, &error));
+    HOLDS(strchr(one.message, 27) == NULL && strstr(one.message, "u{1b}") != NULL);
+    DO(wireloom_diagnostics_free(diagnostics));
+    DO(wireloom_scenario_set(scenario, "branches.left.section", "\"arm\"", &error));
     DO(wireloom_scenario_set(scenario, "branches.left.length", "0.4", &error));
     DO(wireloom_scenario_check(scenario, &diagnostics, &count, &error));
     for (size_t k = 0; k < count; k++) {
@@ -275,6 +282,15 @@ static int cancel(WireloomScenario scenario) {
     HOLDS(wireloom_session_open(scenario, cancel, &session, &error) == WIRELOOM_CODE_CANCELLED);
     DO(wireloom_cancel_reset(cancel, &error));
     DO(wireloom_session_open(scenario, cancel, &session, &error));
+    // What is cancelled before it has begun ends no motion.
+    const double one[] = {0.845, -0.25, 0}, two[] = {0.84, -0.25, 0}, other[] = {0.845, 0.25, 0};
+    DO(wireloom_session_move(session, "plug-C", one, NULL, &error));
+    DO(wireloom_cancel_request(cancel, &error));
+    HOLDS(wireloom_session_move(session, "plug-B", other, NULL, &error) == WIRELOOM_CODE_CANCELLED);
+    DO(wireloom_cancel_reset(cancel, &error));
+    DO(wireloom_session_move(session, "plug-C", two, NULL, &error));
+    DO(wireloom_session_undo(session, &error));
+    HOLDS(wireloom_session_undo(session, &error) == WIRELOOM_CODE_REQUEST);
     DO(wireloom_cancel_free(cancel));
     DO(wireloom_result_free(result));
     return wireloom_session_free(session);

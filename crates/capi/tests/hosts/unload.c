@@ -1,37 +1,44 @@
-// Loads the library of its second argument, opens a session, and unloads it: its threads live on, and so must its code.
+// Loads the library of its second argument in a thread that ends, computes, and unloads it. Threads of the library live
+// on, and so must its code.
 
 #include <dlfcn.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 #include <wireloom.h>
 
-// A function of the library; ISO C has no cast from a pointer to data.
-#define LOAD(function)                                                                    \
-    do {                                                                                  \
-        void *found = dlsym(library, "wireloom_" #function);                              \
-        memcpy(&function, &found, sizeof found);                                          \
-        if (found == NULL) {                                                              \
-            fprintf(stderr, "no " #function "\n");                                        \
-            return 1;                                                                     \
-        }                                                                                 \
-    } while (0)
+static char **paths;
+static void *library;
+static __typeof__(&wireloom_version) version;
+static __typeof__(&wireloom_scenario_read) scenario_read;
+static __typeof__(&wireloom_session_open) session_open;
+static __typeof__(&wireloom_session_free) session_free;
 
-int main(int count, char **arguments) {
-    __typeof__(&wireloom_scenario_read) scenario_read;
-    __typeof__(&wireloom_session_open) session_open;
-    __typeof__(&wireloom_session_move) session_move;
-    void *library = dlopen(arguments[count - 1], RTLD_NOW);
-    if (library == NULL) {
-        fprintf(stderr, "%s\n", dlerror());
-        return 1;
-    }
-    LOAD(scenario_read);
-    LOAD(session_open);
-    LOAD(session_move);
+// Finds a function; ISO C has no cast from a pointer to data.
+static int find(const char *name, void *function) {
+    void *found = dlsym(library, name);
+    memcpy(function, &found, sizeof found);
+    return found == NULL;
+}
+
+static void *work(void *failed) {
     WireloomScenario scenario = {0};
     WireloomSession session = {0};
-    const double to[] = {0.84, -0.25, 0};
-    return scenario_read(arguments[1], &scenario, NULL) ||
-           session_open(scenario, (WireloomCancel){0}, &session, NULL) || dlclose(library) ||
-           session_move(session, "plug-C", to, NULL, NULL);
+    library = dlopen(paths[1], RTLD_NOW);
+    *(int *)failed = library == NULL || find("wireloom_version", &version) ||
+                     find("wireloom_scenario_read", &scenario_read) || find("wireloom_session_open", &session_open) ||
+                     find("wireloom_session_free", &session_free) || scenario_read(paths[0], &scenario, NULL) ||
+                     session_open(scenario, (WireloomCancel){0}, &session, NULL) || session_free(session);
+    return NULL;
+}
+
+int main(int count, char **arguments) {
+    pthread_t thread;
+    int failed = 1;
+    paths = arguments + count - 2;
+    if (pthread_create(&thread, NULL, work, &failed) || pthread_join(thread, NULL) || failed || dlclose(library)) {
+        return 1;
+    }
+    printf("version %s is still there\n", version());
+    return 0;
 }
