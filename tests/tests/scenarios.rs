@@ -597,7 +597,7 @@ fn hard_cases() -> Vec<Hard> {
         case("a heavy cable", text(heavy, 0.5, &[&*flat, plug, &pulled].concat(), ""), 3e-4, 3.2),
         case(
             "a bent cable, held where it is",
-            text(round, 0.12, &[&*initial, &connectors].concat(), "curvature = [0, 3, 0]\n"),
+            text(round, 0.12, &[initial, &connectors].concat(), "curvature = [0, 3, 0]\n"),
             1.3e-6,
             3.7,
         ),

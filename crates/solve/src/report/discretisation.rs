@@ -746,12 +746,14 @@ fn largest_norm(all: &[Vector]) -> f64 {
 
 /// Largest value within [`REACH`] nodes, no less than [`FLOOR`] of the largest, times `factor`.
 fn envelope(errors: &mut Vec<f64>, factor: f64) {
-    let largest = errors.iter().copied().fold(0.0, f64::max);
-    let around = |node: usize| {
-        let window = node.saturating_sub(REACH)..(node + REACH + 1).min(errors.len());
-        errors[window].iter().copied().fold(FLOOR * largest, f64::max) * factor
-    };
-    *errors = (0..errors.len()).map(around).collect();
+    let floor = FLOOR * errors.iter().copied().fold(0.0, f64::max);
+    *errors = (0..errors.len()).map(|node| largest_around(errors, node).max(floor) * factor).collect();
+}
+
+/// Largest value within [`REACH`] nodes.
+fn largest_around(errors: &[f64], node: usize) -> f64 {
+    let window = node.saturating_sub(REACH)..(node + REACH + 1).min(errors.len());
+    errors[window].iter().copied().fold(0.0, f64::max)
 }
 
 /// Response of a harness to the defect of its scheme.
@@ -806,12 +808,6 @@ pub(crate) fn estimate(
     let estimate = |(index, result): (usize, &BranchResult)| {
         let samples = &samples[index];
         let mut errors = samples.errors(index, response, result);
-        if touches {
-            // At a node that touches something the force jumps; with another mesh it touches elsewhere.
-            for (node, pair) in samples.forces.windows(2).enumerate() {
-                errors.force[node + 1] += 0.5 * (pair[1] - pair[0]).norm();
-            }
-        }
         let steepness = steepness(index);
         let slid = if slides { SLIDE_SAFETY } else { 1.0 };
         for all in [&mut errors.force, &mut errors.moment, &mut errors.curvature] {
@@ -834,6 +830,16 @@ pub(crate) fn estimate(
         let factor = if samples.fine.contains(&true) { FINE_SAFETY * factor } else { factor };
         for all in [curvature, torsion, force, moment, position] {
             envelope(all, factor);
+        }
+        if touches {
+            // At a node that touches something the force jumps; with another mesh it touches elsewhere.
+            let mut jumps = vec![0.0; errors.force.len()];
+            for (node, pair) in samples.forces.windows(2).enumerate() {
+                jumps[node + 1] = 0.5 * (pair[1] - pair[0]).norm();
+            }
+            for (node, force) in errors.force.iter_mut().enumerate() {
+                *force += factor * largest_around(&jumps, node);
+            }
         }
         errors
     };

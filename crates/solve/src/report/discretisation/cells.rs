@@ -107,8 +107,8 @@ mod tests {
             rest: Vector::new(0.5, 0.1, -0.2),
             stiffness: Vector::new(2.0, 0.3, 0.7),
         };
-        let pairs: [(fn(&Curvature) -> f64, Derivatives); 2] = [(cells, at().of_cells()), (station, at().at_station())];
-        for (value, derivatives) in pairs {
+        type Value = fn(&Curvature) -> f64;
+        for (value, derivatives) in [(cells as Value, at().of_cells()), (station, at().at_station())] {
             for (which, derivative) in derivatives.iter().enumerate() {
                 for axis in 0..3 {
                     let moved = |by: f64| {
