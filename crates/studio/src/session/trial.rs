@@ -68,7 +68,7 @@ mod tests {
     /// The Y with a mesh by accuracy.
     fn by_accuracy() -> String {
         let y = Y.replace("max_segment = \"20 mm\"\n", "").replace("segments = 15\n", "");
-        format!("{}\n{STEPS}", y.replacen("[sections.trunk]", "[mesh]\naccuracy = \"0.1 %\"\n\n[sections.trunk]", 1))
+        format!("{}\n{STEPS}", y.replacen("[sections.trunk]", "[mesh]\naccuracy = \"0.02 %\"\n\n[sections.trunk]", 1))
     }
 
     /// The run of a text on the mesh of its accuracy, as the program carries it out.
@@ -88,7 +88,7 @@ mod tests {
     fn a_scenario_that_gives_an_accuracy_opens_on_the_mesh_of_its_run() {
         // Without its steps the Y hangs at one end and bends so little that the first mesh is fine enough.
         for (text, first_is_fine) in
-            [(by_accuracy(), false), (by_accuracy().replace(STEPS, "").replace("0.1 %", "2 %"), true)]
+            [(by_accuracy(), false), (by_accuracy().replace(STEPS, "").replace("0.02 %", "2 %"), true)]
         {
             let expected = run(&text);
             let mut session = opened(&text);
@@ -137,7 +137,7 @@ mod tests {
         session.handle(1, Request::Set { key: "sections.arm.bending_stiffness".to_owned(), value });
         assert!(mesh_notes(&session)[0].starts_with("trial run 1"), "{:?}", mesh_notes(&session));
         work(&mut session);
-        assert!(mesh_notes(&session)[0].starts_with("mesh for an accuracy of 0.1 %"), "{:?}", mesh_notes(&session));
+        assert!(mesh_notes(&session)[0].starts_with("mesh for an accuracy of 0.02 %"), "{:?}", mesh_notes(&session));
     }
 
     #[test]
