@@ -30,7 +30,7 @@ enum WireloomCode
     WIRELOOM_CODE_NOT_UTF8 = 4,
     // A name or an index that does not exist.
     WIRELOOM_CODE_NOT_FOUND = 5,
-    // A value that cannot be, such as NaN or a quaternion of zero length.
+    // An invalid value, such as NaN or a quaternion of zero length.
     WIRELOOM_CODE_BAD_VALUE = 6,
     // The scenario has faults; the error has the first one.
     WIRELOOM_CODE_REFUSED = 7,

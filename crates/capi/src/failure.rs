@@ -21,7 +21,7 @@ pub enum WireloomCode {
     NotUtf8 = 4,
     /// A name or an index that does not exist.
     NotFound = 5,
-    /// A value that cannot be, such as NaN or a quaternion of zero length.
+    /// An invalid value, such as NaN or a quaternion of zero length.
     BadValue = 6,
     /// The scenario has faults; the error has the first one.
     Refused = 7,
@@ -61,7 +61,7 @@ impl Failure {
         Self::new(WireloomCode::Request, message, suggestion)
     }
 
-    /// A value that cannot be.
+    /// An invalid value.
     pub fn value(message: impl Into<String>, suggestion: impl Into<String>) -> Self {
         Self::new(WireloomCode::BadValue, message, suggestion)
     }

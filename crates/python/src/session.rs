@@ -14,11 +14,8 @@ use wireloom::harness::{Network, Schedule};
 use wireloom::result::Status;
 use wireloom::scenario::Built;
 use wireloom::scenario::record::rotation;
-use wireloom::session::drag::{Goal, MAX_MOTION, approach, quaternion, step_to, turning};
+use wireloom::session::drag::{Goal, MAX_DISTANCE, MAX_MOTION, approach, quaternion, step_to, turning};
 use wireloom::session::{Checkpoint, Ended, InteractiveDriver, Interruption, Monitor};
-
-/// Largest distance of a target, in total lengths of all branches: as in the studio.
-const MAX_DISTANCE: f64 = 10.0;
 
 /// The harness of a session.
 struct Live {

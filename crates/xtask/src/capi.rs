@@ -25,9 +25,9 @@ pub fn install(arguments: &[&str]) -> Result<(), String> {
         return Err("the C library is installed on Linux only so far".to_owned());
     }
     let folder = folder.map_or_else(|| target().join("capi"), |folder| root().join(folder));
-    // With the features of the program the tests need no second build of the crates below.
-    let profile: &[&str] = if debug { &["--package", "wireloom-cli"] } else { &["--release"] };
-    let build = [&["build", "--quiet", "--package", "wireloom-capi"], profile].concat();
+    // The tests build the program, too: in one build with it the crates below have the same features.
+    let further: &[&str] = if debug { &["--package", "wireloom-cli"] } else { &["--release"] };
+    let build = [&["build", "--quiet", "--package", "wireloom-capi"], further].concat();
     step("the C library", &mut command("cargo", &build))?;
     let library = target().join(if debug { "debug" } else { "release" }).join("libwireloom_capi.a");
     copy(&library, &folder).map_err(|error| format!("the C library cannot be installed: {error}"))?;

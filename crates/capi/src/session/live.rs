@@ -10,14 +10,12 @@ use wireloom::harness::{ObstacleMove, Step, Track};
 use wireloom::result::{Outcome, RequirementResult};
 use wireloom::scenario::fault::did_you_mean;
 use wireloom::scenario::record::{Attachment, Begins, BodyMotion, Passed, Turned, Way, Written, rotation, with_steps};
-use wireloom::session::drag::{Goal, MAX_MOTION, Turning, approach, quaternion, step_to, turning};
+use wireloom::session::drag::{
+    Goal, MAX_DISTANCE, MAX_MOTION, MAX_ROTATION, Turning, approach, quaternion, step_to, turning,
+};
 use wireloom::session::{Checkpoint, Ended, Monitor};
 use wireloom::{Registry, Run, StepResult};
 
-/// Largest distance of a target, in total lengths of all branches: as in the studio.
-const MAX_DISTANCE: f64 = 10.0;
-/// Largest rotation of a body in one increment, rad: as that of a constraint.
-const MAX_ROTATION: f64 = 0.3;
 /// Largest number of operations that can be undone, as in the studio.
 const MAX_UNDO: usize = 100;
 

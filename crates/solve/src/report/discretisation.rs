@@ -44,12 +44,16 @@
 //! where they slide.
 
 mod cells;
+mod functional;
+mod samples;
 
-use cells::Curvature;
+pub(crate) use functional::defect;
+pub(crate) use samples::Samples;
+use samples::touches;
 use wireloom_core::equilibrium::{BranchError, BranchResult};
 use wireloom_core::network::{Branch, BranchEnd};
 use wireloom_core::problem::{Hessian, Problem};
-use wireloom_core::rod::{BranchHessian, BranchShape, SegmentHessian};
+use wireloom_core::rod::{BranchHessian, SegmentHessian};
 use wireloom_core::{State, Tangent, Vector};
 
 /// Factor on the envelope of the leading term.
@@ -61,13 +65,6 @@ const COARSE: f64 = 0.8;
 /// Divisor of the fourth power of the angle of a cell (rad): the error of the law of a coupling relative to its
 /// curvature.
 const LAW: f64 = 300.0;
-/// Fraction of a segment's load that a station passes to the next node where the scheme is of second order.
-const STATION_SHIFT: f64 = 1.0 / 24.0;
-/// Factor of `ℓ² Δ² x″` in what the wide stencil at a station leaves of its edge (put `x′ = exp(−a s)` into it).
-const WIDE_STENCIL: f64 = 23.0 / 5760.0;
-/// Coefficients of κ, κ′ ℓ and κ″ ℓ² at a station in the curvatures of the couplings at ¼ ℓ, ℓ and 2 ℓ from it.
-const AT_STATION: [[f64; 3]; 3] =
-    [[32.0 / 21.0, -2.0 / 3.0, 1.0 / 7.0], [-16.0 / 7.0, 3.0, -5.0 / 7.0], [32.0 / 21.0, -8.0 / 3.0, 8.0 / 7.0]];
 /// Further factor in a scheme of fourth order, whose leading term is most of the error on fine meshes only.
 const FINE_SAFETY: f64 = 1.5;
 /// By how much errors are larger than the leading term says, for the fourth power of the largest change of curvature
@@ -79,8 +76,6 @@ const EVEN: f64 = 1e-9;
 const LEVER: f64 = 1.0 / 8.0;
 /// Nodes from a station on, at which the estimate of a scheme of fourth order is that of the next one.
 const CUT_OFF: usize = 4;
-/// Divisor of `ℓ² Δ x″` in what the narrow one leaves.
-const NARROW_STENCIL: f64 = 96.0;
 /// Factor where cables touch something.
 const CONTACT_SAFETY: f64 = 2.0;
 /// Further factor on positions where they slide.
@@ -135,123 +130,7 @@ impl NodalErrors {
     }
 }
 
-/// Node of a mesh with curvature samples: those of its couplings.
-struct Samples<'a> {
-    branch: &'a Branch,
-    shape: BranchShape<'a>,
-    result: &'a BranchResult,
-    /// κ of each coupling, 1/m.
-    curvature: Vec<Vector>,
-    /// κ°, 1/m.
-    rest: Vector,
-    /// Arc length to which it belongs, m: that of the node, beside a station β ℓ away from it.
-    place: Vec<f64>,
-    /// κ′ of each segment, 1/m²; `None` where a coupling of it is that of a joint.
-    rate: Vec<Option<Vector>>,
-    /// C of the section, N m².
-    stiffness: Vector,
-    /// C of each coupling, N m².
-    discrete_stiffness: Vec<Vector>,
-    /// β of the stations at the two ends of the branch, and within, where the scheme is of second order.
-    blends: [f64; 2],
-    /// Whether the scheme is of fourth order, by segment.
-    fine: Vec<bool>,
-    /// Factor on the variation of curvature; another one than 1 is for a rod that has further errors of second order.
-    variation: f64,
-    /// f − 1 of a rod whose frames are aligned with their edges: the alignment has the compliance `(f − 1) (ℓ²/12)/EI`.
-    alignment: f64,
-    /// n of each segment, N, world.
-    forces: Vec<Vector>,
-    /// x″ at the start and at the end of each segment, 1/m, world.
-    bends: Vec<[Vector; 2]>,
-}
-
-impl<'a> Samples<'a> {
-    fn new(problem: &'a Problem<'_>, state: &'a State, index: usize, result: &'a BranchResult) -> Self {
-        let branch = &problem.network.branches[index];
-        let shape = problem.shape(state, index);
-        let mesh = branch.rod.mesh();
-        let n = mesh.segments();
-        // Where friction sticks; where it slips the stiffness is less, and so is the defect.
-        let stiffness = branch.section.sticking_diagonal();
-        let of_friction = stiffness - branch.section.lasting_diagonal();
-        let law = branch.rod.law();
-        let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
-        let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
-        // The same all along a branch.
-        let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
-        let variation = law.as_ref().map_or(0.0, |law| law.variation);
-        let couplings = shape.coupling_lengths.len();
-        let discrete_stiffness = match law {
-            Some(law) => law.couplings.iter().map(|own| own + of_friction).collect(),
-            None => vec![stiffness; couplings],
-        };
-        let curvature: Vec<Vector> = shape
-            .coupling_lengths
-            .iter()
-            .enumerate()
-            .map(|(c, lambda)| (shape.frames[c].inverse() * shape.frames[c + 1]).scaled_axis() / *lambda)
-            .collect();
-        let mut samples = Self {
-            branch,
-            shape,
-            result,
-            place: Vec::with_capacity(couplings),
-            curvature,
-            rest,
-            rate: Vec::with_capacity(n),
-            stiffness,
-            discrete_stiffness,
-            blends,
-            variation,
-            alignment: (variation - 1.0).max(0.0),
-            // In contact the polygon is what touches: the error is of second order.
-            fine: (0..n).map(|j| branch.rod.couples_pairs() && mesh.is_fine(j) && !touches(problem)).collect(),
-            forces: vec![Vector::zeros(); n],
-            bends: Vec::with_capacity(n),
-        };
-        branch.rod.forces(&samples.shape, &mut samples.forces);
-        for c in 0..couplings {
-            let node = mesh.coupling_nodes[c];
-            let side = match mesh.station_frame(node) {
-                Some(station) if station == c => samples.blend(node, node) * shape.rest_lengths[node],
-                Some(_) => -samples.blend(node - 1, node) * shape.rest_lengths[node - 1],
-                None => 0.0,
-            };
-            samples.place.push(result.s[node] + side);
-        }
-        for j in 0..n {
-            let [start, end] = samples.couplings(j);
-            samples.rate.push(start.zip(end).map(|(start, end)| {
-                let change = samples.curvature[end] - samples.curvature[start];
-                change / (samples.place[end] - samples.place[start])
-            }));
-        }
-        for j in 0..n {
-            let bends = [0, 1].map(|end| {
-                let node = j + end;
-                let kappa = samples.at_node(j, end).unwrap_or_else(|| {
-                    samples.rest + (result.frame[node].inverse() * result.moment[node]).component_div(&stiffness)
-                });
-                result.frame[node] * kappa.cross(&Vector::z())
-            });
-            samples.bends.push(bends);
-        }
-        samples
-    }
-
-    /// Distance from a node to the place to which the curvature of its coupling beside segment j belongs, as a fraction
-    /// of the segment: at a station β, or in a scheme of fourth order the middle of its cell.
-    fn blend(&self, j: usize, node: usize) -> f64 {
-        let mesh = self.branch.rod.mesh();
-        let inner = usize::from(node > 0 && node < mesh.segments());
-        match mesh.station_frame(node) {
-            None => 0.0,
-            Some(_) if self.fine[j] => 0.25,
-            Some(_) => self.blends[inner],
-        }
-    }
-
+impl Samples<'_> {
     /// What the force in the branch may lack where the load per length differs from segment to segment, N: it is lumped
     /// at nodes as if it were even, `(ℓ²/12) w′`, and so it is interpolated, `(ℓ²/8) w′`.
     fn uneven(&self, weight: impl Fn(usize) -> Vector) -> f64 {
@@ -259,281 +138,6 @@ impl<'a> Samples<'a> {
         // The load may end at a station.
         let inner = (1..l.len()).filter(|node| mesh.station_frame(*node).is_none());
         inner.map(|node| (weight(node) - weight(node - 1)).norm() * l[node] * (5.0 / 24.0)).fold(0.0, f64::max)
-    }
-
-    /// Order of the scheme all along the branch.
-    fn order(&self) -> u32 {
-        let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
-        let graded = |node: usize| mesh.station_frame(node).is_none() && (l[node] - l[node - 1]).abs() > 1e-6 * l[node];
-        let differs = |own: &Vector| (own - self.stiffness).norm() > 1e-9 * self.stiffness.norm();
-        if self.discrete_stiffness.iter().any(differs) {
-            1
-        } else if self.variation == 1.0 && self.fine.iter().all(|fine| *fine) && !(1..l.len()).any(graded) {
-            4
-        } else {
-            2
-        }
-    }
-
-    /// Couplings of a segment with the frames before and after it.
-    fn couplings(&self, j: usize) -> [Option<usize>; 2] {
-        let frame = self.branch.rod.mesh().segment_frames[j];
-        [frame.checked_sub(1), (frame < self.shape.coupling_lengths.len()).then_some(frame)]
-    }
-
-    /// κ at the start (0) or end (1) of a segment, 1/m.
-    fn at_node(&self, j: usize, end: usize) -> Option<Vector> {
-        let c = self.couplings(j)[end]?;
-        let beyond = self.blend(j, j + end) * self.shape.rest_lengths[j] * (2.0 * end as f64 - 1.0);
-        Some(self.curvature[c] + self.rate[j].unwrap_or_default() * beyond)
-    }
-
-    /// Share of the cells of its couplings that a segment has, Σ λ³/24, m³.
-    fn cells(&self, j: usize) -> f64 {
-        let mut share = 0.0;
-        for c in self.couplings(j).into_iter().flatten() {
-            let node = self.branch.rod.mesh().coupling_nodes[c];
-            let others = self.branch.rod.mesh().station_frame(node).is_none();
-            let other = if node == j { j.checked_sub(1) } else { Some(j + 1) };
-            let is_shared = others && other.and_then(|j| *self.rate.get(j)?).is_some();
-            share += self.shape.coupling_lengths[c].powi(3) / if is_shared { 48.0 } else { 24.0 };
-        }
-        share
-    }
-
-    /// a of a segment, m, with the offset `−ℓ Γ` of an alignment, whose part of D is `−½ ℓ n · Γ`.
-    fn edge_offset(&self, j: usize) -> Vector {
-        let offset: Vector = self.offset_factors(j).map(|(of, end, factor)| self.bends[of][end] * factor).sum();
-        if self.alignment == 0.0 {
-            return offset;
-        }
-        let frame = &self.shape.frames[self.branch.rod.mesh().segment_frames[j]];
-        let n = frame.inverse() * self.forces[j];
-        let by_stiffness = Vector::new(n.x / self.stiffness.y, n.y / self.stiffness.x, 0.0);
-        offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
-    }
-
-    /// Factors on x″ in a of a segment, m², with the segments and their ends (0 or 1) where it is taken.
-    fn offset_factors(&self, j: usize) -> impl Iterator<Item = (usize, usize, f64)> {
-        let mesh = self.branch.rod.mesh();
-        let l = self.shape.rest_lengths;
-        let square = l[j] * l[j];
-        let mut factors = Vec::with_capacity(5);
-        for end in [0, 1] {
-            let (node, sign) = (j + end, 2.0 * end as f64 - 1.0);
-            if !self.fine[j] {
-                factors.push((j, end, (1.0 / 24.0 - 0.5 * self.blend(j, node)) * square * sign));
-                continue;
-            }
-            if mesh.station_frame(node).is_none() {
-                let other = if end == 0 { j.checked_sub(1) } else { Some(j + 1).filter(|k| *k < l.len()) };
-                let mean = other.map_or(l[j], |other| 0.5 * (l[j] + l[other]));
-                factors.push((j, end, (square - mean * mean) / 24.0 * sign));
-                continue;
-            }
-            let beside = mesh.beside.iter().find(|beside| beside.segment == j).and_then(|beside| beside.next);
-            match (beside, if end == 0 { Some(j + 1) } else { j.checked_sub(1) }) {
-                (Some(_), Some(next)) => {
-                    let factor = square * WIDE_STENCIL * sign;
-                    factors.extend([(j, end, factor), (j, 1 - end, -2.0 * factor), (next, 1 - end, factor)]);
-                }
-                _ => {
-                    let factor = square / NARROW_STENCIL;
-                    factors.extend([(j, 0, -factor), (j, 1, factor)]);
-                }
-            }
-        }
-        factors.into_iter()
-    }
-
-    /// Coefficients of κ, κ′ and κ″ at a coupling in the curvatures of the one before, its own and the one after (1,
-    /// 1/m, 1/m²), if all lie in one span of fourth order.
-    fn rates(&self, c: usize) -> Option<[[f64; 3]; 3]> {
-        let mesh = self.branch.rod.mesh();
-        let paired = |frame: usize| mesh.pairs.binary_search_by_key(&frame, |pair| pair.frame).is_ok();
-        if c == 0 || c + 1 >= self.curvature.len() || !(paired(c) && paired(c + 1)) {
-            return None;
-        }
-        let (before, after) = (self.place[c] - self.place[c - 1], self.place[c + 1] - self.place[c]);
-        let both = before + after;
-        let rate = [-after / (before * both), (after - before) / (before * after), before / (after * both)];
-        let second = [2.0 / (before * both), -2.0 / (before * after), 2.0 / (after * both)];
-        Some([[0.0, 1.0, 0.0], rate, second])
-    }
-
-    /// Curvature and its derivatives from those of couplings with these coefficients.
-    fn curvature(&self, couplings: [usize; 3], coefficients: &[[f64; 3]; 3]) -> Curvature {
-        let of = |k: usize| couplings.iter().zip(coefficients[k]).map(|(c, factor)| self.curvature[*c] * factor).sum();
-        Curvature { own: of(0), rate: of(1), second: of(2), rest: self.rest, stiffness: self.stiffness }
-    }
-
-    /// ∂D/∂κ of the couplings, N m², without edges and weight.
-    fn cell_moments(&self) -> Vec<Vector> {
-        let mesh = self.branch.rod.mesh();
-        let lambda = self.shape.coupling_lengths;
-        let mut moments = vec![Vector::zeros(); self.curvature.len()];
-        for (c, moment) in moments.iter_mut().enumerate() {
-            let excess = self.discrete_stiffness[c] - self.stiffness;
-            *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * lambda[c];
-        }
-        for j in (0..mesh.segments()).filter(|j| !self.fine[*j]) {
-            self.add_rate_moments(j, 1.0, &mut moments);
-        }
-        if !self.branch.rod.couples_pairs() {
-            return moments;
-        }
-        for c in 0..moments.len() {
-            let Some(coefficients) = self.rates(c) else { continue };
-            let neighbours = [c - 1, c, c + 1];
-            // Cells beside stations have the rate of their neighbours.
-            let cells: f64 =
-                neighbours.iter().filter(|k| **k == c || self.rates(**k).is_none()).map(|k| lambda[*k].powi(5)).sum();
-            let derivatives = self.curvature(neighbours, &coefficients).of_cells();
-            for (coefficients, derivative) in coefficients.iter().zip(&derivatives) {
-                for (k, factor) in neighbours.into_iter().zip(coefficients) {
-                    moments[k] += derivative * (cells * factor);
-                }
-            }
-        }
-        moments
-    }
-
-    /// Adds ∂D/∂κ of `−factor (ℓ³/24) κ′ᵀ C κ′` of a segment.
-    fn add_rate_moments(&self, j: usize, factor: f64, moments: &mut [Vector]) {
-        let [start, end] = self.couplings(j);
-        if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
-            let distance = self.place[end] - self.place[start];
-            let moment = self.stiffness.component_mul(&rate) * (2.0 * factor * self.cells(j) / distance);
-            moments[start] += moment;
-            moments[end] -= moment;
-        }
-    }
-
-    /// Adds ∂D/∂κ of what the couplings leave at stations, where the next segments are of one length.
-    fn add_station_moments(&self, moments: &mut [Vector]) {
-        let mesh = self.branch.rod.mesh();
-        if !self.branch.rod.couples_pairs() {
-            return;
-        }
-        for beside in mesh.beside.iter().filter(|beside| beside.next.is_some()) {
-            let l = self.shape.rest_lengths[beside.segment];
-            let (couplings, direction) = match beside.stations {
-                [Some(start), _] => ([start, start + 1, start + 2], 1.0),
-                [None, Some(end)] => ([end - 1, end - 2, end - 3], -1.0),
-                [None, None] => continue,
-            };
-            let [own, rate, second] = AT_STATION;
-            let coefficients = [own, rate.map(|k| k * direction / l), second.map(|k| k / (l * l))];
-            let derivatives = self.curvature(couplings, &coefficients).at_station();
-            for (coefficients, derivative) in coefficients.iter().zip(&derivatives) {
-                for (c, factor) in couplings.into_iter().zip(coefficients) {
-                    moments[c] -= derivative * (l.powi(4) * direction * factor);
-                }
-            }
-        }
-    }
-
-    /// Adds to the gradients of a harness those of the couplings' part of D.
-    fn add_cells(&self, gradient: &mut Tangent) {
-        self.add_moments(&self.cell_moments(), &mut gradient.frames[self.branch.frames.clone()]);
-    }
-
-    /// Adds the gradient of `Σ_c μ·κ` with these μ (N m²).
-    fn add_moments(&self, moments: &[Vector], frames: &mut [Vector]) {
-        for (c, moment) in moments.iter().enumerate() {
-            let lambda = self.shape.coupling_lengths[c];
-            let turned = (self.curvature[c] * (0.5 * lambda)).cross(moment);
-            frames[c + 1] += (moment - turned) / lambda;
-            frames[c] -= (moment + turned) / lambda;
-        }
-    }
-
-    /// Adds to the gradients of a harness those of the edges' and the weight's part of D; `own` are the second
-    /// derivatives of the branch, `weight` is ρ g (N/m).
-    fn add_edges(
-        &self,
-        problem: &Problem<'_>,
-        own: &BranchHessian,
-        weight: impl Fn(usize) -> Vector,
-        gradient: &mut Tangent,
-    ) {
-        let mesh = self.branch.rod.mesh();
-        let points = &mut gradient.points[self.branch.points.clone()];
-        let frames = &mut gradient.frames[self.branch.frames.clone()];
-        for j in 0..mesh.segments() {
-            let frame = mesh.segment_frames[j];
-            let a = self.edge_offset(j);
-            let h = &own.segments[j];
-            let mut force = h.ee * a;
-            frames[frame] += h.te * a;
-            for (of, end, factor) in self.offset_factors(j) {
-                let turn = self.bends[of][end].cross(&self.forces[j]) * factor;
-                // x″ at a node turns with the frames around it.
-                let beyond = if end == 0 { of.checked_sub(1) } else { Some(of + 1) };
-                let own = &mesh.segment_frames[of];
-                let around = match mesh.station_frame(of + end) {
-                    Some(station) => [station; 2],
-                    None => [*own, *beyond.and_then(|j| mesh.segment_frames.get(j)).unwrap_or(own)],
-                };
-                for frame in around {
-                    frames[frame] += (self.shape.frames[frame].inverse() * turn) * 0.5;
-                }
-            }
-            // Weight: W (t_i − t_{i−1}) at nodes, and what is shifted from stations.
-            let l = &self.shape.rest_lengths;
-            let lumped = |node: usize| {
-                let is_end = node == 0 || node == mesh.segments();
-                match (self.fine[j], is_end || mesh.station_frame(node).is_some()) {
-                    (true, true) => l[j] * l[j] / 24.0,
-                    (false, _) if is_end => 0.0,
-                    (fine, _) => {
-                        let (a, b) = (l[node - 1], l[node]);
-                        (a.powi(3) + b.powi(3)) / ((a + b) * if fine { 24.0 } else { 12.0 })
-                    }
-                }
-            };
-            let weight = weight(j);
-            force -= weight * ((lumped(j) - lumped(j + 1)) / l[j]);
-            for (node, sign) in [(j, -1.0), (j + 1, 1.0)] {
-                if mesh.station_frame(node).is_some() && !self.fine[j] {
-                    force += weight * (sign * STATION_SHIFT * l[j]);
-                }
-            }
-            // The centrifugal potential V of nodes beside the centre line: `(ℓ²/24) ρ x′ᵀ ∂²V x′` per length.
-            let rotation = &problem.conditions().rotation;
-            if self.fine[j] && rotation.is_moving() {
-                let density = self.branch.section.linear_density;
-                force += rotation.hessian() * self.shape.edge(j) * (density * l[j] / 12.0);
-            }
-            points[j] -= force;
-            points[j + 1] += force;
-        }
-        for (beside, h) in mesh.beside.iter().zip(&own.beside) {
-            let a = self.edge_offset(beside.segment);
-            for (frame, se) in beside.neighbours().iter().zip(&h.se) {
-                if let Some(c) = frame {
-                    frames[*c] += se * a;
-                }
-            }
-        }
-        self.add_moments(&self.edge_moments(), frames);
-    }
-
-    /// ∂D/∂κ of the couplings, N m², of the edges' part of D.
-    fn edge_moments(&self) -> Vec<Vector> {
-        let mut moments = vec![Vector::zeros(); self.curvature.len()];
-        self.add_station_moments(&mut moments);
-        for j in (0..self.forces.len()).filter(|j| self.fine[*j] && self.alignment > 0.0) {
-            self.add_rate_moments(j, -self.alignment, &mut moments);
-        }
-        for (j, force) in self.forces.iter().enumerate() {
-            for (of, end, factor) in self.offset_factors(j) {
-                if let Some(c) = self.couplings(of)[end] {
-                    moments[c] += Vector::z().cross(&(self.result.frame[of + end].inverse() * force)) * factor;
-                }
-            }
-        }
-        moments
     }
 
     /// Errors of κ at the couplings that are not beside a station, and of the moments there, from the response.
@@ -605,7 +209,8 @@ impl<'a> Samples<'a> {
     }
 
     /// Estimates from the response, which is the error of the state; without one, from local terms only.
-    fn errors(&self, index: usize, response: Option<Response<'_>>, result: &BranchResult) -> NodalErrors {
+    fn errors(&self, index: usize, response: Option<Response<'_>>) -> NodalErrors {
+        let result = self.result;
         let mesh = self.branch.rod.mesh();
         let n = mesh.segments();
         let turns: Option<Vec<Vector>> = response.map(|response| {
@@ -765,36 +370,16 @@ pub(crate) struct Response<'a> {
     pub hessian: &'a Hessian,
 }
 
-/// ∂D at `state` in the independent variables, for [`Response::parts`]. `results` are those of the branches.
-pub(crate) fn defect(
-    problem: &Problem<'_>,
-    state: &State,
-    results: &[BranchResult],
-    hessian: &Hessian,
-) -> [Tangent; 2] {
-    let mut gradients = [Tangent::zeros(problem.network), Tangent::zeros(problem.network)];
-    for (index, result) in results.iter().enumerate() {
-        let samples = Samples::new(problem, state, index, result);
-        let weight = |j: usize| problem.force_per_length(state, index, j);
-        samples.add_cells(&mut gradients[0]);
-        samples.add_edges(problem, &hessian.branches[index], weight, &mut gradients[1]);
-    }
-    gradients.iter_mut().for_each(|gradient| problem.network.pull_back(state, gradient));
-    gradients
-}
-
 /// Estimated errors of the results of all branches at `state`; without a response the estimate is local.
 pub(crate) fn estimate(
     problem: &Problem<'_>,
     state: &State,
-    results: &[BranchResult],
+    samples: &[Samples<'_>],
     response: Option<Response<'_>>,
 ) -> Vec<NodalErrors> {
     let touches = touches(problem);
     let slides = problem.has_slides();
     let factor = if touches || slides { SAFETY * CONTACT_SAFETY } else { SAFETY };
-    let samples = |(index, result)| Samples::new(problem, state, index, result);
-    let samples: Vec<Samples<'_>> = results.iter().enumerate().map(samples).collect();
     // What is not resolved in one branch moves those that it meets.
     let around = |end: BranchEnd| match end {
         BranchEnd::Joint { joint, .. } => &problem.network.joints[joint].branches[..],
@@ -805,9 +390,8 @@ pub(crate) fn estimate(
         let Branch { start, end, .. } = &problem.network.branches[index];
         around(*start).iter().chain(around(*end)).map(|other| own[*other]).fold(own[index], f64::max)
     };
-    let estimate = |(index, result): (usize, &BranchResult)| {
-        let samples = &samples[index];
-        let mut errors = samples.errors(index, response, result);
+    let estimate = |(index, samples): (usize, &Samples<'_>)| {
+        let mut errors = samples.errors(index, response);
         let steepness = steepness(index);
         let slid = if slides { SLIDE_SAFETY } else { 1.0 };
         for all in [&mut errors.force, &mut errors.moment, &mut errors.curvature] {
@@ -819,7 +403,7 @@ pub(crate) fn estimate(
             errors.moment[node] += samples.stiffness.xy().max() * unresolved;
         }
         let uneven = samples.uneven(|j| problem.force_per_length(state, index, j));
-        if uneven > EVEN * largest_norm(&result.force) {
+        if uneven > EVEN * largest_norm(&samples.result.force) {
             errors.order = errors.order.min(2);
             let moment = uneven * samples.branch.rod.mesh().length() * LEVER;
             errors.force.iter_mut().for_each(|error| *error += uneven);
@@ -843,7 +427,7 @@ pub(crate) fn estimate(
         }
         errors
     };
-    results.iter().enumerate().map(estimate).collect()
+    samples.iter().enumerate().map(estimate).collect()
 }
 
 /// By how much the curvature is larger between nodes than at the nearest one, at the top of the parabola through that
@@ -873,12 +457,6 @@ fn between(branch: &Branch, result: &BranchResult) -> Vec<f64> {
         }
     }
     all
-}
-
-/// Whether the harness touches something, or itself, where contact was evaluated last. A contact that the penalty
-/// alone bears well enough has no record.
-fn touches(problem: &Problem<'_>) -> bool {
-    !problem.conditions().contact.records.is_empty() || !problem.contact().found().is_empty()
 }
 
 /// Size of an error of two parts. Where they cancel, what is left is no longer the leading term: no less than

@@ -1,6 +1,6 @@
 //! Certificate of an equilibrium: forces and moments recomputed from the state, independently of the minimiser.
 
-use crate::report::discretisation::{self, NodalErrors, Response};
+use crate::report::discretisation::{self, NodalErrors, Response, Samples};
 use crate::steps::stability::{Inspection, Inspector};
 use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::minimiser::Stop;
@@ -135,16 +135,17 @@ impl Certifier {
     ) -> Vec<NodalErrors> {
         problem.find_contacts(state);
         if !hessian {
-            return discretisation::estimate(problem, state, results, None);
+            return discretisation::estimate(problem, state, &Samples::of(problem, state, results), None);
         }
         if !self.inspector.as_ref().is_some_and(|inspector| inspector.is_at(state)) {
             self.inspect(problem, state);
         }
         let inspector = self.inspector.as_mut().expect("the state was inspected");
-        let defect = discretisation::defect(problem, state, results, &inspector.hessian);
+        let samples = Samples::of(problem, state, results);
+        let defect = discretisation::defect(problem, state, &samples, &inspector.hessian);
         let parts = defect.map(|gradient| inspector.response(problem, state, &gradient));
         let response = Response { parts: parts.each_ref(), hessian: &inspector.hessian };
-        discretisation::estimate(problem, state, results, Some(response))
+        discretisation::estimate(problem, state, &samples, Some(response))
     }
 
     /// Status of a state after inspection; `graded` is its status by the forces. In contact the inspection does not

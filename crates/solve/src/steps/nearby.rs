@@ -528,7 +528,8 @@ fn sheet_of(
     ends_step: bool,
 ) -> Vec<RequirementResult> {
     let network = problem.network;
-    let errors = discretisation::estimate(problem, state, &end.branches, None);
+    let errors =
+        discretisation::estimate(problem, state, &discretisation::Samples::of(problem, state, &end.branches), None);
     let cables = Cables::new(network, &end.branches);
     let results = (&end.branches[..], &end.constraints[..], &[][..], &cables);
     let at = (Some(moment.step_index), ends_step);

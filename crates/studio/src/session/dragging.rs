@@ -10,10 +10,7 @@ use std::sync::Arc;
 use wireloom::geometry::Vector;
 use wireloom::scenario::record::rotation;
 use wireloom::session::Interruption;
-use wireloom::session::drag::{Goal, MAX_MOTION, approach, step_to, turning};
-
-/// Largest distance of a target, in total lengths of all branches.
-const MAX_DISTANCE: f64 = 10.0;
+use wireloom::session::drag::{Goal, MAX_DISTANCE, MAX_MOTION, approach, step_to, turning};
 
 impl Session {
     /// Sets the target of a constraint.

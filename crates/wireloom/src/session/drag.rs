@@ -11,7 +11,9 @@ use wireloom_scenario::record::{Passed, Turned, rotation};
 /// equilibrium.
 pub const MAX_MOTION: f64 = 0.1;
 /// Largest rotation in one increment, rad: as in the search for the initial equilibrium.
-const MAX_ROTATION: f64 = 0.3;
+pub const MAX_ROTATION: f64 = 0.3;
+/// Largest distance of a target from where it is, in total lengths of all branches.
+pub const MAX_DISTANCE: f64 = 10.0;
 
 /// Rotational degrees of freedom that a motion can prescribe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

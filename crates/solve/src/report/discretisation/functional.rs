@@ -1,0 +1,279 @@
+//! Derivatives of the functional D, which the discrete energy has beside that of the rod (see the module above).
+
+use super::cells::Curvature;
+use super::samples::Samples;
+use wireloom_core::problem::{Hessian, Problem};
+use wireloom_core::rod::BranchHessian;
+use wireloom_core::{State, Tangent, Vector};
+
+/// Fraction of a segment's load that a station passes to the next node where the scheme is of second order.
+const STATION_SHIFT: f64 = 1.0 / 24.0;
+/// Factor of `ℓ² Δ² x″` in what the wide stencil at a station leaves of its edge (put `x′ = exp(−a s)` into it).
+const WIDE_STENCIL: f64 = 23.0 / 5760.0;
+/// Coefficients of κ, κ′ ℓ and κ″ ℓ² at a station in the curvatures of the couplings at ¼ ℓ, ℓ and 2 ℓ from it.
+const AT_STATION: [[f64; 3]; 3] =
+    [[32.0 / 21.0, -2.0 / 3.0, 1.0 / 7.0], [-16.0 / 7.0, 3.0, -5.0 / 7.0], [32.0 / 21.0, -8.0 / 3.0, 8.0 / 7.0]];
+/// Divisor of `ℓ² Δ x″` in what the narrow one leaves.
+const NARROW_STENCIL: f64 = 96.0;
+
+impl Samples<'_> {
+    /// Share of the cells of its couplings that a segment has, Σ λ³/24, m³.
+    fn cells(&self, j: usize) -> f64 {
+        let mut share = 0.0;
+        for c in self.couplings(j).into_iter().flatten() {
+            let node = self.branch.rod.mesh().coupling_nodes[c];
+            let others = self.branch.rod.mesh().station_frame(node).is_none();
+            let other = if node == j { j.checked_sub(1) } else { Some(j + 1) };
+            let is_shared = others && other.and_then(|j| *self.rate.get(j)?).is_some();
+            share += self.shape.coupling_lengths[c].powi(3) / if is_shared { 48.0 } else { 24.0 };
+        }
+        share
+    }
+
+    /// a of a segment, m, with the offset `−ℓ Γ` of an alignment, whose part of D is `−½ ℓ n · Γ`.
+    pub(super) fn edge_offset(&self, j: usize) -> Vector {
+        let offset: Vector = self.offset_factors(j).map(|(of, end, factor)| self.bends[of][end] * factor).sum();
+        if self.alignment == 0.0 {
+            return offset;
+        }
+        let frame = &self.shape.frames[self.branch.rod.mesh().segment_frames[j]];
+        let n = frame.inverse() * self.forces[j];
+        let by_stiffness = Vector::new(n.x / self.stiffness.y, n.y / self.stiffness.x, 0.0);
+        offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
+    }
+
+    /// Factors on x″ in a of a segment, m², with the segments and their ends (0 or 1) where it is taken.
+    fn offset_factors(&self, j: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+        let mesh = self.branch.rod.mesh();
+        let l = self.shape.rest_lengths;
+        let square = l[j] * l[j];
+        let mut factors = Vec::with_capacity(5);
+        for end in [0, 1] {
+            let (node, sign) = (j + end, 2.0 * end as f64 - 1.0);
+            if !self.fine[j] {
+                factors.push((j, end, (1.0 / 24.0 - 0.5 * self.blend(j, node)) * square * sign));
+                continue;
+            }
+            if mesh.station_frame(node).is_none() {
+                let other = if end == 0 { j.checked_sub(1) } else { Some(j + 1).filter(|k| *k < l.len()) };
+                let mean = other.map_or(l[j], |other| 0.5 * (l[j] + l[other]));
+                factors.push((j, end, (square - mean * mean) / 24.0 * sign));
+                continue;
+            }
+            let beside = mesh.beside.iter().find(|beside| beside.segment == j).and_then(|beside| beside.next);
+            match (beside, if end == 0 { Some(j + 1) } else { j.checked_sub(1) }) {
+                (Some(_), Some(next)) => {
+                    let factor = square * WIDE_STENCIL * sign;
+                    factors.extend([(j, end, factor), (j, 1 - end, -2.0 * factor), (next, 1 - end, factor)]);
+                }
+                _ => {
+                    let factor = square / NARROW_STENCIL;
+                    factors.extend([(j, 0, -factor), (j, 1, factor)]);
+                }
+            }
+        }
+        factors.into_iter()
+    }
+
+    /// Coefficients of κ, κ′ and κ″ at a coupling in the curvatures of the one before, its own and the one after (1,
+    /// 1/m, 1/m²), if all lie in one span of fourth order.
+    fn rates(&self, c: usize) -> Option<[[f64; 3]; 3]> {
+        let mesh = self.branch.rod.mesh();
+        let paired = |frame: usize| mesh.pairs.binary_search_by_key(&frame, |pair| pair.frame).is_ok();
+        if c == 0 || c + 1 >= self.curvature.len() || !(paired(c) && paired(c + 1)) {
+            return None;
+        }
+        let (before, after) = (self.place[c] - self.place[c - 1], self.place[c + 1] - self.place[c]);
+        let both = before + after;
+        let rate = [-after / (before * both), (after - before) / (before * after), before / (after * both)];
+        let second = [2.0 / (before * both), -2.0 / (before * after), 2.0 / (after * both)];
+        Some([[0.0, 1.0, 0.0], rate, second])
+    }
+
+    /// Curvature and its derivatives from those of couplings with these coefficients.
+    fn curvature(&self, couplings: [usize; 3], coefficients: &[[f64; 3]; 3]) -> Curvature {
+        let of = |k: usize| couplings.iter().zip(coefficients[k]).map(|(c, factor)| self.curvature[*c] * factor).sum();
+        Curvature { own: of(0), rate: of(1), second: of(2), rest: self.rest, stiffness: self.stiffness }
+    }
+
+    /// ∂D/∂κ of the couplings, N m², without edges and weight.
+    pub(super) fn cell_moments(&self) -> Vec<Vector> {
+        let mesh = self.branch.rod.mesh();
+        let lambda = self.shape.coupling_lengths;
+        let mut moments = vec![Vector::zeros(); self.curvature.len()];
+        for (c, moment) in moments.iter_mut().enumerate() {
+            let excess = self.discrete_stiffness[c] - self.stiffness;
+            *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * lambda[c];
+        }
+        for j in (0..mesh.segments()).filter(|j| !self.fine[*j]) {
+            self.add_rate_moments(j, 1.0, &mut moments);
+        }
+        if !self.branch.rod.couples_pairs() {
+            return moments;
+        }
+        for c in 0..moments.len() {
+            let Some(coefficients) = self.rates(c) else { continue };
+            let neighbours = [c - 1, c, c + 1];
+            // Cells beside stations have the rate of their neighbours.
+            let cells: f64 =
+                neighbours.iter().filter(|k| **k == c || self.rates(**k).is_none()).map(|k| lambda[*k].powi(5)).sum();
+            let derivatives = self.curvature(neighbours, &coefficients).of_cells();
+            for (coefficients, derivative) in coefficients.iter().zip(&derivatives) {
+                for (k, factor) in neighbours.into_iter().zip(coefficients) {
+                    moments[k] += derivative * (cells * factor);
+                }
+            }
+        }
+        moments
+    }
+
+    /// Adds ∂D/∂κ of `−factor (ℓ³/24) κ′ᵀ C κ′` of a segment.
+    fn add_rate_moments(&self, j: usize, factor: f64, moments: &mut [Vector]) {
+        let [start, end] = self.couplings(j);
+        if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
+            let distance = self.place[end] - self.place[start];
+            let moment = self.stiffness.component_mul(&rate) * (2.0 * factor * self.cells(j) / distance);
+            moments[start] += moment;
+            moments[end] -= moment;
+        }
+    }
+
+    /// Adds ∂D/∂κ of what the couplings leave at stations, where the next segments are of one length.
+    fn add_station_moments(&self, moments: &mut [Vector]) {
+        let mesh = self.branch.rod.mesh();
+        if !self.branch.rod.couples_pairs() {
+            return;
+        }
+        for beside in mesh.beside.iter().filter(|beside| beside.next.is_some()) {
+            let l = self.shape.rest_lengths[beside.segment];
+            let (couplings, direction) = match beside.stations {
+                [Some(start), _] => ([start, start + 1, start + 2], 1.0),
+                [None, Some(end)] => ([end - 1, end - 2, end - 3], -1.0),
+                [None, None] => continue,
+            };
+            let [own, rate, second] = AT_STATION;
+            let coefficients = [own, rate.map(|k| k * direction / l), second.map(|k| k / (l * l))];
+            let derivatives = self.curvature(couplings, &coefficients).at_station();
+            for (coefficients, derivative) in coefficients.iter().zip(&derivatives) {
+                for (c, factor) in couplings.into_iter().zip(coefficients) {
+                    moments[c] -= derivative * (l.powi(4) * direction * factor);
+                }
+            }
+        }
+    }
+
+    /// Adds to the gradients of a harness those of the couplings' part of D.
+    fn add_cells(&self, gradient: &mut Tangent) {
+        self.add_moments(&self.cell_moments(), &mut gradient.frames[self.branch.frames.clone()]);
+    }
+
+    /// Adds the gradient of `Σ_c μ·κ` with these μ (N m²).
+    fn add_moments(&self, moments: &[Vector], frames: &mut [Vector]) {
+        for (c, moment) in moments.iter().enumerate() {
+            let lambda = self.shape.coupling_lengths[c];
+            let turned = (self.curvature[c] * (0.5 * lambda)).cross(moment);
+            frames[c + 1] += (moment - turned) / lambda;
+            frames[c] -= (moment + turned) / lambda;
+        }
+    }
+
+    /// Adds to the gradients of a harness those of the edges' and the weight's part of D; `own` are the second
+    /// derivatives of the branch, `weight` is ρ g (N/m).
+    fn add_edges(
+        &self,
+        problem: &Problem<'_>,
+        own: &BranchHessian,
+        weight: impl Fn(usize) -> Vector,
+        gradient: &mut Tangent,
+    ) {
+        let mesh = self.branch.rod.mesh();
+        let points = &mut gradient.points[self.branch.points.clone()];
+        let frames = &mut gradient.frames[self.branch.frames.clone()];
+        for j in 0..mesh.segments() {
+            let frame = mesh.segment_frames[j];
+            let a = self.edge_offset(j);
+            let h = &own.segments[j];
+            let mut force = h.ee * a;
+            frames[frame] += h.te * a;
+            for (of, end, factor) in self.offset_factors(j) {
+                let turn = self.bends[of][end].cross(&self.forces[j]) * factor;
+                // x″ at a node turns with the frames around it.
+                let beyond = if end == 0 { of.checked_sub(1) } else { Some(of + 1) };
+                let own = &mesh.segment_frames[of];
+                let around = match mesh.station_frame(of + end) {
+                    Some(station) => [station; 2],
+                    None => [*own, *beyond.and_then(|j| mesh.segment_frames.get(j)).unwrap_or(own)],
+                };
+                for frame in around {
+                    frames[frame] += (self.shape.frames[frame].inverse() * turn) * 0.5;
+                }
+            }
+            // Weight: W (t_i − t_{i−1}) at nodes, and what is shifted from stations.
+            let l = &self.shape.rest_lengths;
+            let lumped = |node: usize| {
+                let is_end = node == 0 || node == mesh.segments();
+                match (self.fine[j], is_end || mesh.station_frame(node).is_some()) {
+                    (true, true) => l[j] * l[j] / 24.0,
+                    (false, _) if is_end => 0.0,
+                    (fine, _) => {
+                        let (a, b) = (l[node - 1], l[node]);
+                        (a.powi(3) + b.powi(3)) / ((a + b) * if fine { 24.0 } else { 12.0 })
+                    }
+                }
+            };
+            let weight = weight(j);
+            force -= weight * ((lumped(j) - lumped(j + 1)) / l[j]);
+            for (node, sign) in [(j, -1.0), (j + 1, 1.0)] {
+                if mesh.station_frame(node).is_some() && !self.fine[j] {
+                    force += weight * (sign * STATION_SHIFT * l[j]);
+                }
+            }
+            // The centrifugal potential V of nodes beside the centre line: `(ℓ²/24) ρ x′ᵀ ∂²V x′` per length.
+            let rotation = &problem.conditions().rotation;
+            if self.fine[j] && rotation.is_moving() {
+                let density = self.branch.section.linear_density;
+                force += rotation.hessian() * self.shape.edge(j) * (density * l[j] / 12.0);
+            }
+            points[j] -= force;
+            points[j + 1] += force;
+        }
+        for (beside, h) in mesh.beside.iter().zip(&own.beside) {
+            let a = self.edge_offset(beside.segment);
+            for (frame, se) in beside.neighbours().iter().zip(&h.se) {
+                if let Some(c) = frame {
+                    frames[*c] += se * a;
+                }
+            }
+        }
+        self.add_moments(&self.edge_moments(), frames);
+    }
+
+    /// ∂D/∂κ of the couplings, N m², of the edges' part of D.
+    pub(super) fn edge_moments(&self) -> Vec<Vector> {
+        let mut moments = vec![Vector::zeros(); self.curvature.len()];
+        self.add_station_moments(&mut moments);
+        for j in (0..self.forces.len()).filter(|j| self.fine[*j] && self.alignment > 0.0) {
+            self.add_rate_moments(j, -self.alignment, &mut moments);
+        }
+        for (j, force) in self.forces.iter().enumerate() {
+            for (of, end, factor) in self.offset_factors(j) {
+                if let Some(c) = self.couplings(of)[end] {
+                    moments[c] += Vector::z().cross(&(self.result.frame[of + end].inverse() * force)) * factor;
+                }
+            }
+        }
+        moments
+    }
+}
+
+/// ∂D at `state` in the independent variables, for [`Response::parts`].
+pub(crate) fn defect(problem: &Problem<'_>, state: &State, samples: &[Samples<'_>], hessian: &Hessian) -> [Tangent; 2] {
+    let mut gradients = [Tangent::zeros(problem.network), Tangent::zeros(problem.network)];
+    for (index, samples) in samples.iter().enumerate() {
+        let weight = |j: usize| problem.force_per_length(state, index, j);
+        samples.add_cells(&mut gradients[0]);
+        samples.add_edges(problem, &hessian.branches[index], weight, &mut gradients[1]);
+    }
+    gradients.iter_mut().for_each(|gradient| problem.network.pull_back(state, gradient));
+    gradients
+}

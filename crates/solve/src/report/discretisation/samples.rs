@@ -1,0 +1,164 @@
+//! A branch as the estimate of its error reads it.
+
+use wireloom_core::equilibrium::BranchResult;
+use wireloom_core::network::Branch;
+use wireloom_core::problem::Problem;
+use wireloom_core::rod::BranchShape;
+use wireloom_core::{State, Vector};
+
+/// Node of a mesh with curvature samples: those of its couplings.
+pub(crate) struct Samples<'a> {
+    pub(super) branch: &'a Branch,
+    pub(super) shape: BranchShape<'a>,
+    pub(super) result: &'a BranchResult,
+    /// κ of each coupling, 1/m.
+    pub(super) curvature: Vec<Vector>,
+    /// κ°, 1/m.
+    pub(super) rest: Vector,
+    /// Arc length to which it belongs, m: that of the node, beside a station β ℓ away from it.
+    pub(super) place: Vec<f64>,
+    /// κ′ of each segment, 1/m²; `None` where a coupling of it is that of a joint.
+    pub(super) rate: Vec<Option<Vector>>,
+    /// C of the section, N m².
+    pub(super) stiffness: Vector,
+    /// C of each coupling, N m².
+    pub(super) discrete_stiffness: Vec<Vector>,
+    /// β of the stations at the two ends of the branch, and within, where the scheme is of second order.
+    pub(super) blends: [f64; 2],
+    /// Whether the scheme is of fourth order, by segment.
+    pub(super) fine: Vec<bool>,
+    /// Factor on the variation of curvature; another one than 1 is for a rod that has further errors of second order.
+    pub(super) variation: f64,
+    /// f − 1 of a rod whose frames are aligned with their edges: the alignment has the compliance `(f − 1) (ℓ²/12)/EI`.
+    pub(super) alignment: f64,
+    /// n of each segment, N, world.
+    pub(super) forces: Vec<Vector>,
+    /// x″ at the start and at the end of each segment, 1/m, world.
+    pub(super) bends: Vec<[Vector; 2]>,
+}
+
+impl<'a> Samples<'a> {
+    /// Of all branches with these results at `state`.
+    pub(crate) fn of(problem: &'a Problem<'_>, state: &'a State, results: &'a [BranchResult]) -> Vec<Self> {
+        let touches = touches(problem);
+        results.iter().enumerate().map(|(index, result)| Self::new(problem, state, index, result, touches)).collect()
+    }
+
+    fn new(problem: &'a Problem<'_>, state: &'a State, index: usize, result: &'a BranchResult, touches: bool) -> Self {
+        let branch = &problem.network.branches[index];
+        let shape = problem.shape(state, index);
+        let mesh = branch.rod.mesh();
+        let n = mesh.segments();
+        // Where friction sticks; where it slips the stiffness is less, and so is the defect.
+        let stiffness = branch.section.sticking_diagonal();
+        let of_friction = stiffness - branch.section.lasting_diagonal();
+        let law = branch.rod.law();
+        let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
+        let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
+        // The same all along a branch.
+        let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
+        let variation = law.as_ref().map_or(0.0, |law| law.variation);
+        let couplings = shape.coupling_lengths.len();
+        let discrete_stiffness = match law {
+            Some(law) => law.couplings.iter().map(|own| own + of_friction).collect(),
+            None => vec![stiffness; couplings],
+        };
+        let curvature: Vec<Vector> = shape
+            .coupling_lengths
+            .iter()
+            .enumerate()
+            .map(|(c, lambda)| (shape.frames[c].inverse() * shape.frames[c + 1]).scaled_axis() / *lambda)
+            .collect();
+        let mut samples = Self {
+            branch,
+            shape,
+            result,
+            place: Vec::with_capacity(couplings),
+            curvature,
+            rest,
+            rate: Vec::with_capacity(n),
+            stiffness,
+            discrete_stiffness,
+            blends,
+            variation,
+            alignment: (variation - 1.0).max(0.0),
+            // In contact the polygon is what touches: the error is of second order.
+            fine: (0..n).map(|j| branch.rod.couples_pairs() && mesh.is_fine(j) && !touches).collect(),
+            forces: vec![Vector::zeros(); n],
+            bends: Vec::with_capacity(n),
+        };
+        branch.rod.forces(&samples.shape, &mut samples.forces);
+        for c in 0..couplings {
+            let node = mesh.coupling_nodes[c];
+            let side = match mesh.station_frame(node) {
+                Some(station) if station == c => samples.blend(node, node) * shape.rest_lengths[node],
+                Some(_) => -samples.blend(node - 1, node) * shape.rest_lengths[node - 1],
+                None => 0.0,
+            };
+            samples.place.push(result.s[node] + side);
+        }
+        for j in 0..n {
+            let [start, end] = samples.couplings(j);
+            samples.rate.push(start.zip(end).map(|(start, end)| {
+                let change = samples.curvature[end] - samples.curvature[start];
+                change / (samples.place[end] - samples.place[start])
+            }));
+        }
+        for j in 0..n {
+            let bends = [0, 1].map(|end| {
+                let node = j + end;
+                let kappa = samples.at_node(j, end).unwrap_or_else(|| {
+                    samples.rest + (result.frame[node].inverse() * result.moment[node]).component_div(&stiffness)
+                });
+                result.frame[node] * kappa.cross(&Vector::z())
+            });
+            samples.bends.push(bends);
+        }
+        samples
+    }
+
+    /// Distance from a node to the place to which the curvature of its coupling beside segment j belongs, as a fraction
+    /// of the segment: at a station β, or in a scheme of fourth order the middle of its cell.
+    pub(super) fn blend(&self, j: usize, node: usize) -> f64 {
+        let mesh = self.branch.rod.mesh();
+        let inner = usize::from(node > 0 && node < mesh.segments());
+        match mesh.station_frame(node) {
+            None => 0.0,
+            Some(_) if self.fine[j] => 0.25,
+            Some(_) => self.blends[inner],
+        }
+    }
+
+    /// Order of the scheme all along the branch.
+    pub(super) fn order(&self) -> u32 {
+        let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
+        let graded = |node: usize| mesh.station_frame(node).is_none() && (l[node] - l[node - 1]).abs() > 1e-6 * l[node];
+        let differs = |own: &Vector| (own - self.stiffness).norm() > 1e-9 * self.stiffness.norm();
+        if self.discrete_stiffness.iter().any(differs) {
+            1
+        } else if self.variation == 1.0 && self.fine.iter().all(|fine| *fine) && !(1..l.len()).any(graded) {
+            4
+        } else {
+            2
+        }
+    }
+
+    /// Couplings of a segment with the frames before and after it.
+    pub(super) fn couplings(&self, j: usize) -> [Option<usize>; 2] {
+        let frame = self.branch.rod.mesh().segment_frames[j];
+        [frame.checked_sub(1), (frame < self.shape.coupling_lengths.len()).then_some(frame)]
+    }
+
+    /// κ at the start (0) or end (1) of a segment, 1/m.
+    pub(super) fn at_node(&self, j: usize, end: usize) -> Option<Vector> {
+        let c = self.couplings(j)[end]?;
+        let beyond = self.blend(j, j + end) * self.shape.rest_lengths[j] * (2.0 * end as f64 - 1.0);
+        Some(self.curvature[c] + self.rate[j].unwrap_or_default() * beyond)
+    }
+}
+
+/// Whether the harness touches something, or itself, where contact was evaluated last. A contact that the penalty
+/// alone bears well enough has no record.
+pub(super) fn touches(problem: &Problem<'_>) -> bool {
+    !problem.conditions().contact.records.is_empty() || !problem.contact().found().is_empty()
+}
