@@ -1,6 +1,7 @@
 //! Data of everything that acts on a harness at one moment: targets, memories, multipliers, contact, friction, sliding.
 
 use crate::load::LoadAction;
+use crate::mechanism::Mount;
 use crate::network::AttachedConstraint;
 use crate::{Matrix, Network, Pose, State, Vector};
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,8 @@ pub struct Conditions {
     pub sliding: Vec<Sliding>,
     /// Poses of obstacles, and contact records.
     pub contact: ContactState,
+    /// Values of the joints of each mechanism, rad and m.
+    pub mechanisms: Vec<Vec<f64>>,
 }
 
 impl Conditions {
@@ -53,7 +56,16 @@ impl Conditions {
             rods: network.branches.iter().map(|b| RodState { memory: b.rod.memory(), dissipated: [0.0; 2] }).collect(),
             sliding: vec![Sliding::Stuck; network.slides.len()],
             contact: ContactState::new(network),
+            mechanisms: network.mechanisms.iter().map(|mechanism| vec![0.0; mechanism.freedoms()]).collect(),
         }
+    }
+
+    /// Pose of the body on which something is mounted; the identity for what is mounted on none.
+    pub fn body(&self, network: &Network, mount: Option<Mount>) -> Pose {
+        let of = |mount: Mount| {
+            network.mechanisms[mount.mechanism].poses(&self.mechanisms[mount.mechanism])[mount.body]
+        };
+        mount.map_or_else(Pose::identity, of)
     }
 }
 

@@ -157,6 +157,8 @@ pub struct StepResult {
     pub constraints: Vec<ConstraintResult>,
     /// Obstacles.
     pub obstacles: Vec<ObstacleResult>,
+    /// Mechanisms.
+    pub mechanisms: Vec<MechanismResult>,
     /// Markers.
     pub markers: Vec<MarkerResult>,
     /// Results of the operations of the step, in the order of the scenario: grasps, carries, mates, clips.
@@ -243,6 +245,15 @@ pub struct ObstacleResult {
     pub contacts: usize,
     /// Largest penetration depth of a contact point, m.
     pub depth: f64,
+}
+
+/// A mechanism.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MechanismResult {
+    /// Name.
+    pub name: String,
+    /// Names of its joints, each with the values of its freedoms, rad and m; 0 as drawn.
+    pub joints: Vec<(String, Vec<f64>)>,
 }
 
 /// A marker.

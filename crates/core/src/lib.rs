@@ -25,6 +25,7 @@ pub mod joint;
 pub mod law;
 pub mod load;
 mod mesh_motion;
+pub mod mechanism;
 pub mod minimiser;
 pub mod monitor;
 pub mod network;
@@ -71,6 +72,11 @@ impl Pose {
             position: self.position + self.orientation * local.position,
             orientation: self.orientation * local.orientation,
         }
+    }
+
+    /// World position of a point with these coordinates in the axes of the pose, m.
+    pub fn world(&self, x: &Vector) -> Vector {
+        self.position + self.orientation * x
     }
 
     /// Coordinates of a world point in the axes of the pose, m.

@@ -3,6 +3,7 @@
 use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
+use crate::mechanism::{Mechanism, Mount};
 use crate::obstacle::{ContactSettings, Obstacle};
 use crate::requirement::{Marker, Requirement};
 use crate::rod::RodSegment;
@@ -104,6 +105,8 @@ pub struct ConstraintPlan {
     pub tangent: Option<Vector>,
     /// Target orientation.
     pub orientation: Option<Rotation>,
+    /// Body of a mechanism that carries it.
+    pub mount: Option<Mount>,
     /// Sliding of the cable through it; `None` if it does not slide.
     pub slide: Option<Slide>,
     /// Load limits.
@@ -214,12 +217,14 @@ pub struct AttachedConstraint {
     pub residuals: Vec<Residual>,
     /// Number of residuals of its stations.
     pub of_stations: usize,
-    /// Target position, if given.
+    /// Target position, if given; that of what is mounted on a body as the mechanism is drawn, as all of its pose.
     pub position: Option<Vector>,
     /// Target tangent, if given.
     pub tangent: Option<Vector>,
     /// Target orientation, if given.
     pub orientation: Option<Rotation>,
+    /// Body of a mechanism that carries it.
+    pub mount: Option<Mount>,
     /// Sliding of the cable through it; `None` if it does not slide.
     pub slide: Option<Slide>,
     /// Load limits.
@@ -329,6 +334,8 @@ pub struct Network {
     pub obstacles: Vec<Obstacle>,
     /// Settings of contact.
     pub contact: ContactSettings,
+    /// Mechanisms.
+    pub mechanisms: Vec<Mechanism>,
     /// What is required of the harness.
     pub requirements: Vec<Requirement>,
     /// Markers.
@@ -499,6 +506,7 @@ impl Network {
             rotates: false,
             obstacles: Vec::new(),
             contact: ContactSettings::default(),
+            mechanisms: Vec::new(),
             requirements: Vec::new(),
             markers: Vec::new(),
             points,
@@ -560,6 +568,7 @@ impl Network {
             position: plan.position,
             tangent: plan.tangent,
             orientation: plan.orientation,
+            mount: plan.mount,
             slide: plan.slide,
             limits: plan.limits,
             nearest: plan.nearest,

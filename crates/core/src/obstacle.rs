@@ -1,5 +1,6 @@
 //! Obstacles, which cables may touch but not enter: trait of their shapes, poses and settings of contact.
 
+use crate::mechanism::Mount;
 use crate::{Matrix, Pose, Vector};
 use std::fmt;
 use std::sync::Arc;
@@ -60,6 +61,8 @@ pub struct Obstacle {
     pub shape: Arc<dyn Shape>,
     /// Pose at the start of the run.
     pub pose: Pose,
+    /// Body of a mechanism that carries it.
+    pub mount: Option<Mount>,
     /// Coefficient of Coulomb friction; 0 is smooth.
     pub friction: f64,
     /// Required clearance, m.
@@ -71,9 +74,9 @@ pub struct Obstacle {
 /// Prints all fields but the shape.
 impl fmt::Debug for Obstacle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, kind, shape: _, pose, friction, min_clearance, max_contact_force } = self;
+        let Self { name, kind, shape: _, pose, mount, friction, min_clearance, max_contact_force } = self;
         let mut f = f.debug_struct("Obstacle");
-        f.field("name", name).field("kind", kind).field("pose", pose).field("friction", friction);
+        f.field("name", name).field("kind", kind).field("pose", pose).field("mount", mount).field("friction", friction);
         f.field("min_clearance", min_clearance).field("max_contact_force", max_contact_force).finish_non_exhaustive()
     }
 }

@@ -361,6 +361,12 @@ impl Problem<'_> {
         self.conditions.targets[c] = self.network.constraints[c].model.target(&base, own.progress);
     }
 
+    /// Sets the values of the joints of a mechanism. What is mounted on its bodies is moved by [`Self::set_target`] and
+    /// [`Self::set_obstacle`].
+    pub fn set_mechanism(&mut self, mechanism: usize, values: Vec<f64>) {
+        self.conditions.mechanisms[mechanism] = values;
+    }
+
     /// Sets the progress of a constraint through the step in which it began to act, 0 to 1.
     pub fn set_progress(&mut self, c: usize, progress: f64) {
         let own = &mut self.conditions.constraints[c];

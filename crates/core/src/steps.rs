@@ -1,6 +1,8 @@
 //! Assembly operations, with names resolved to indices of the network.
 
 use crate::conditions::RotatingAxes;
+use crate::mechanism::closure::Way;
+use crate::mechanism::{Mechanism, Mount};
 use crate::rotation::{columns, shortest};
 use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
@@ -221,6 +223,51 @@ pub struct ObstacleMove {
     pub track: Track,
 }
 
+/// Motion of a mechanism over a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drive {
+    /// Index of the mechanism.
+    pub mechanism: usize,
+    /// Values of its joints.
+    pub way: Way,
+}
+
+/// Bodies of mechanisms from step to step.
+pub struct Bodies<'n> {
+    mechanisms: &'n [Mechanism],
+    /// Poses at the end of the last step, by mechanism.
+    poses: Vec<Vec<Pose>>,
+    /// Whether each mechanism moves in it.
+    moving: Vec<bool>,
+}
+
+impl<'n> Bodies<'n> {
+    /// Bodies as drawn: before the first step.
+    pub fn drawn(mechanisms: &'n [Mechanism]) -> Self {
+        let poses = mechanisms.iter().map(|own| vec![Pose::identity(); own.bodies.len()]).collect();
+        Self { mechanisms, poses, moving: vec![false; mechanisms.len()] }
+    }
+
+    /// Goes on to the end of a step with these drives.
+    pub fn drive(&mut self, drives: &[Drive]) {
+        self.moving.fill(false);
+        for drive in drives {
+            self.poses[drive.mechanism] = self.mechanisms[drive.mechanism].poses(drive.way.end());
+            self.moving[drive.mechanism] = true;
+        }
+    }
+
+    /// Whether what has this mount moves in the step.
+    pub fn moves(&self, mount: Option<Mount>) -> bool {
+        mount.is_some_and(|mount| self.moving[mount.mechanism])
+    }
+
+    /// Pose of a body; the identity for no mount.
+    pub fn under(&self, mount: Option<Mount>) -> Pose {
+        mount.map_or_else(Pose::identity, |mount| self.poses[mount.mechanism][mount.body])
+    }
+}
+
 /// One assembly operation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Step {
@@ -228,6 +275,9 @@ pub struct Step {
     pub name: String,
     /// Number of increments; each ends in an equilibrium.
     pub increments: usize,
+    /// Number of equal parts of the step of which the results keep the last increment; 0 is as 1. It divides
+    /// [`Self::increments`].
+    pub parts: usize,
     /// Gravity reached at the end of the step, m/s².
     pub gravity: Option<Vector>,
     /// Angular velocity of the axes reached at the end of the step, rad/s.
@@ -236,9 +286,12 @@ pub struct Step {
     pub add: Vec<usize>,
     /// Constraints that end with this step.
     pub release: Vec<usize>,
-    /// Motions; each constraint is in one of them at most.
+    /// Motions of mechanisms; each is in one of them at most.
+    pub drives: Vec<Drive>,
+    /// Motions; each constraint is in one of them at most. Those of what is mounted on a body are relative to it: in
+    /// coordinates of the drawn mechanism.
     pub moves: Vec<Move>,
-    /// Motions of obstacles; each obstacle is in one of them at most.
+    /// Motions of obstacles that are not mounted on a body; each obstacle is in one of them at most.
     pub obstacle_moves: Vec<ObstacleMove>,
     /// The operations that the step performs.
     pub operations: Vec<Operation>,
@@ -246,6 +299,13 @@ pub struct Step {
     pub loads: Vec<(usize, f64)>,
     /// Branch index and the temperature reached at the end of the step, less that of its rest shape, K.
     pub temperatures: Vec<(usize, f64)>,
+}
+
+impl Step {
+    /// Whether the results keep an increment (from 1) though they do not keep all.
+    pub fn keeps(&self, increment: usize) -> bool {
+        increment.is_multiple_of(self.increments / self.parts.max(1))
+    }
 }
 
 /// Initial placement of the rest shape: the start of this branch has this pose.

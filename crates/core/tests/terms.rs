@@ -488,6 +488,7 @@ fn plan(model: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange
         position: None,
         tangent: None,
         orientation: None,
+        mount: None,
         slide: None,
         limits: Limits::default(),
         nearest: false,

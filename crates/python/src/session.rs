@@ -88,7 +88,7 @@ impl Live {
         Ok(index)
     }
 
-    /// The target as it is computed, or what is wrong with it.
+    /// The target and where the constraint is, both as its mechanism is drawn, or what is wrong with the target.
     fn goal(&self, index: usize, target: &Target) -> Result<(Goal, Pose), Failure> {
         let name = &self.network.constraints[index].name;
         let from = self.at.target(index).unwrap_or_else(Pose::identity);
@@ -127,7 +127,9 @@ impl Live {
                 "give a position, an orientation, or both",
             ));
         }
-        Ok((Goal { position, orientation: turned.map(|q| quaternion(&q)) }, from))
+        let goal = Goal { position, orientation: turned.map(|q| quaternion(&q)) };
+        let body = self.at.body_under(&self.network, index);
+        Ok((goal.on(&body), self.at.drawn_target(&self.network, index).unwrap_or(from)))
     }
 
     /// Moves a constraint, in as many increments as the way needs.
@@ -150,7 +152,7 @@ impl Live {
             if reached {
                 return Ok(());
             }
-            from = self.at.target(index).unwrap_or(from);
+            from = self.at.drawn_target(&self.network, index).unwrap_or(from);
         }
     }
 

@@ -7,6 +7,7 @@ mod add;
 mod carry;
 mod clip;
 pub(crate) mod context;
+pub(crate) mod drive;
 mod grasp;
 mod load;
 mod mate;
@@ -21,9 +22,11 @@ pub(crate) use moves::MOVE;
 pub(crate) use operation::{Begins, StepOperation};
 
 use clip::CLIP;
+use drive::DRIVE;
 use load::LOAD;
 use mate::MATE;
 use temperature::TEMPERATURE;
 
 /// All step operations, in the order in which a step carries them out: constraints begin in this order, too.
-pub(crate) const OPERATIONS: [&StepOperation; 8] = [&ADD, &GRASP, &MOVE, &CARRY, &MATE, &CLIP, &LOAD, &TEMPERATURE];
+pub(crate) const OPERATIONS: [&StepOperation; 9] =
+    [&ADD, &GRASP, &MOVE, &CARRY, &MATE, &CLIP, &DRIVE, &LOAD, &TEMPERATURE];

@@ -12,6 +12,7 @@ pub(crate) mod joints;
 pub(crate) mod kinds;
 pub(crate) mod library;
 pub(crate) mod loads;
+pub(crate) mod mechanisms;
 pub(crate) mod minimiser;
 pub(crate) mod names;
 pub(crate) mod nearest;

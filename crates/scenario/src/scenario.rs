@@ -10,6 +10,7 @@ use wireloom_core::conditions::RotatingAxes;
 use wireloom_core::constraint::{Limits, Slide};
 use wireloom_core::joint::WireShare;
 use wireloom_core::load::LoadAction;
+use wireloom_core::mechanism::{Mechanism, Mount};
 use wireloom_core::obstacle::{ContactSettings, Obstacle};
 use wireloom_core::requirement::{Marker, Requirement};
 use wireloom_core::steps::{Initial, Step, Turn};
@@ -43,6 +44,8 @@ pub struct Scenario {
     pub obstacles: Vec<Body>,
     /// Settings of contact between cables and with these bodies.
     pub contact: ContactSettings,
+    /// Mechanisms, in the order of the file.
+    pub mechanisms: Vec<Mechanism>,
     /// Pose of the rest shape, if the file gives one.
     pub initial: Option<Initial>,
     /// The minimiser that finds equilibria.
@@ -205,6 +208,8 @@ pub struct Constraint {
     pub at: Vec<At>,
     /// The part of a branch along which it acts.
     pub span: Option<Stretch>,
+    /// Body of a mechanism that carries it; its pose is then as the mechanism is drawn.
+    pub mount: Option<Mount>,
     /// Position that it holds, m; `None`: the position of the cable when it begins.
     pub position: Option<Vector>,
     /// Direction or frame that it holds.

@@ -67,6 +67,7 @@ fn pinned(model: Box<dyn Constraint>, place: Place) -> ConstraintPlan {
         position: None,
         tangent: None,
         orientation: None,
+        mount: None,
         slide: None,
         limits: Limits::default(),
         nearest: false,

@@ -97,6 +97,7 @@ fn connector(name: &str, branch: usize, node: usize) -> ConstraintPlan {
         position: None,
         tangent: None,
         orientation: None,
+        mount: None,
         slide: None,
         limits: Limits::default(),
         nearest: false,

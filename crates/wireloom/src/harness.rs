@@ -23,7 +23,7 @@ pub use wireloom_core::network::{
 pub use wireloom_core::obstacle::{Obstacle, Shape, ShapeFile, Surface};
 pub use wireloom_core::rod::Mesh;
 pub use wireloom_core::steps::{
-    Carried, Course, Initial, Journey, Move, ObstacleMove, Operation, Schedule, Step, Track, Turn,
+    Bodies, Carried, Course, Drive, Initial, Journey, Move, ObstacleMove, Operation, Schedule, Step, Track, Turn,
 };
 pub use wireloom_core::{Conditions, Problem, Section, State, Tangent};
 pub use wireloom_solve::contact::multipliers::update_constraints;

@@ -22,7 +22,7 @@
 
 pub use wireloom_core::equilibrium::{
     BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, FrictionResult, JointResult, Library,
-    MarkerResult, MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion,
+    MarkerResult, MechanismResult, MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion,
     SlideResult, SpanResult, StationResult, StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};

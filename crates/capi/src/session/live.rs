@@ -182,10 +182,12 @@ impl Live {
             return Err(Failure::request(message, "give a position only"));
         }
         check_orientation(goal.orientation)?;
-        let target = |at: &Checkpoint| at.target(index).unwrap_or_else(Pose::identity);
         if let Some(to) = &goal.position {
-            self.check_distance(name, &target(&self.now.at).position, to)?;
+            let stands = self.now.at.target(index).unwrap_or_else(Pose::identity);
+            self.check_distance(name, &stands.position, to)?;
         }
+        let target = |at: &Checkpoint| at.drawn_target(&harness.network, index).unwrap_or_else(Pose::identity);
+        let goal = &goal.on(&self.now.at.body_under(&harness.network, index));
         let other = self.drag.as_ref().is_some_and(|drag| drag.constraint != index);
         let before = other.then(|| self.saved());
         if other {

@@ -218,6 +218,7 @@ impl Step {
             joints: step.joints.iter().map(|joint| (joint.name.clone(), Joint::of(joint))).collect(),
             constraints: step.constraints.iter().map(|held| (held.name.clone(), Constraint::of(held))).collect(),
             obstacles: step.obstacles.iter().map(|body| (body.name.clone(), Obstacle::of(body))).collect(),
+            mechanisms: step.mechanisms.iter().map(|own| (own.name.clone(), joint_values(own))).collect(),
             markers: step.markers.iter().map(|marker| (marker.name.clone(), Marker::of(marker))).collect(),
             sliding: step.constraints.iter().filter_map(slide).collect(),
             operations: step.operations.iter().map(Operation::of).collect(),
@@ -248,6 +249,7 @@ impl Step {
             joints: self.joints.0.into_iter().map(|(name, joint)| joint.result(name)).collect(),
             constraints,
             obstacles: self.obstacles.0.into_iter().map(|(name, obstacle)| obstacle.result(name)).collect(),
+            mechanisms: self.mechanisms.0.into_iter().map(mechanism).collect(),
             markers: self.markers.0.into_iter().map(|(name, marker)| marker.result(name)).collect(),
             operations: self.operations.into_iter().map(Operation::result).collect(),
             energy: self.energy.energy(),
@@ -257,6 +259,16 @@ impl Step {
             minimiser: self.minimiser.result(),
         })
     }
+}
+
+fn joint_values(mechanism: &core::MechanismResult) -> Entries<Vec<Number>> {
+    let joint = |(name, values): &(String, Vec<f64>)| (name.clone(), values.iter().copied().map(Number).collect());
+    mechanism.joints.iter().map(joint).collect()
+}
+
+fn mechanism((name, joints): (String, Entries<Vec<Number>>)) -> core::MechanismResult {
+    let joint = |(name, values): (String, Vec<Number>)| (name, values.into_iter().map(|value| value.0).collect());
+    core::MechanismResult { name, joints: joints.0.into_iter().map(joint).collect() }
 }
 
 /// Refuses a slide through a constraint that is not there.

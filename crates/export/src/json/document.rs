@@ -145,6 +145,8 @@ pub struct Step<V = Vec<Vector3>> {
     #[serde(default, skip_serializing_if = "Entries::is_empty")]
     pub obstacles: Entries<Obstacle>,
     #[serde(default, skip_serializing_if = "Entries::is_empty")]
+    pub mechanisms: Entries<Entries<Vec<Number>>>,
+    #[serde(default, skip_serializing_if = "Entries::is_empty")]
     pub markers: Entries<Marker>,
     #[serde(default, skip_serializing_if = "Entries::is_empty")]
     pub sliding: Entries<Slide>,

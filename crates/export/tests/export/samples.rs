@@ -90,6 +90,7 @@ pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: 
     }
     StepResult {
         obstacles: vec![],
+        mechanisms: vec![],
         markers: vec![],
         name: "equilibrium".into(),
         increment: 1,
@@ -293,6 +294,7 @@ pub fn cube(n: u32) -> Obstacle {
         kind: "mesh".into(),
         shape: Arc::new(Drawn(surface)),
         pose: Pose::identity(),
+        mount: None,
         friction: 0.0,
         min_clearance: None,
         max_contact_force: None,

@@ -145,10 +145,11 @@ impl Scenario {
         (2 * network.points <= fine.points).then_some(network)
     }
 
-    /// The harness with its obstacles and settings of contact.
+    /// The harness with its obstacles, mechanisms and settings of contact.
     fn among_obstacles(&self, network: Network) -> Network {
         let obstacles = self.obstacles.iter().map(|body| body.obstacle.clone()).collect();
-        Network { obstacles, contact: self.contact, rotates: self.rotates(), ..network }
+        let mechanisms = self.mechanisms.clone();
+        Network { obstacles, contact: self.contact, mechanisms, rotates: self.rotates(), ..network }
     }
 
     /// Joint models with their specifications; `None` if one could not be built.
@@ -249,6 +250,7 @@ impl Scenario {
                 position: constraint.position,
                 tangent: if let Facing::Tangent(tangent) = constraint.facing { Some(tangent) } else { None },
                 orientation: if let Facing::Orientation(frame) = constraint.facing { Some(frame) } else { None },
+                mount: constraint.mount,
                 slide: constraint.slide,
                 limits: constraint.limits,
                 nearest: constraint.nearest,

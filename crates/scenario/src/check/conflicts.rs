@@ -9,8 +9,8 @@ use wireloom_core::constraint::Hold;
 use wireloom_core::load::LoadAction;
 use wireloom_core::network::Load;
 use wireloom_core::rotation::columns;
-use wireloom_core::steps::{Move, Turn};
-use wireloom_core::{Action, Matrix, Network, Rotation, RotationHold, Vector};
+use wireloom_core::steps::{Bodies, Move, Turn};
+use wireloom_core::{Action, Matrix, Network, Pose, Rotation, RotationHold, Vector};
 
 /// Constraints and loads that need a frame, or freedoms, that their place does not have.
 pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fault> {
@@ -179,7 +179,7 @@ enum Faced {
     Frame(Rotation),
 }
 
-/// The values that a constraint prescribes while it acts.
+/// The values that a constraint prescribes while it acts; of one that is mounted on a body, in the axes of that.
 struct Target<'n> {
     hold: &'n Hold,
     position: Held<Vector>,
@@ -191,6 +191,7 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
     let mut faults = Vec::new();
     let mut reported = BTreeSet::new();
     let mut targets: Vec<Option<Target<'_>>> = network.constraints.iter().map(|_| None).collect();
+    let mut bodies = Bodies::drawn(&network.mechanisms);
     for stage in stages(scenario) {
         // Constraints with given values come first: those that begin at the same place without values take these
         // over. A constraint of a step begins at the pose of the cable and moves from there to its given values.
@@ -198,27 +199,27 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
         begins.sort_by_key(|constraint| scenario.constraints[*constraint].position.is_none());
         for constraint in &begins {
             let given = if stage.step.is_none() { given(scenario, *constraint) } else { (None, None) };
-            targets[*constraint] = begin(network, &targets, &stage.active, *constraint, given);
+            targets[*constraint] = begin((network, &bodies), &targets, &stage.active, *constraint, given);
         }
         let mut others: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for constraint in &stage.active {
             others.entry(network.constraints[*constraint].site.point).or_default().push(*constraint);
         }
         // Only constraints that begin or move can newly contradict others.
-        let mut check = |targets: &[Option<Target<'_>>], changed: &[usize]| {
+        let mut check = |bodies: &Bodies<'_>, targets: &[Option<Target<'_>>], changed: &[usize]| {
             for one in changed {
                 for other in
                     others.get(&network.constraints[*one].site.point).into_iter().flatten().filter(|b| *b != one)
                 {
                     let (a, b) = (*one.min(other), *one.max(other));
-                    let Some(what) = contradiction(network, targets, a, b) else { continue };
+                    let Some(what) = contradiction((network, bodies), targets, a, b) else { continue };
                     if reported.insert((a, b)) {
                         faults.push(fault(scenario, a, b, what, &stage.label));
                     }
                 }
             }
         };
-        check(&targets, &begins);
+        check(&bodies, &targets, &begins);
         for &constraint in &begins {
             let Some(target) = &mut targets[constraint] else { continue };
             let (position, facing) = given(scenario, constraint);
@@ -229,7 +230,9 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
             moved(motion, &mut targets);
             begins.extend(motion.carried.iter().map(|carried| carried.constraint));
         }
-        check(&targets, &begins);
+        bodies.drive(stage.step.map_or(&[], |step| &step.drives));
+        begins.extend(stage.active.iter().filter(|f| bodies.moves(network.constraints[**f].mount)));
+        check(&bodies, &targets, &begins);
     }
     faults
 }
@@ -294,7 +297,7 @@ fn given(scenario: &Scenario, constraint: usize) -> Given {
 /// The target of a constraint when it begins: its given values, or those that others already hold there, or the pose
 /// of the cable; `None` if it prescribes nothing.
 fn begin<'n>(
-    network: &'n Network,
+    (network, bodies): (&'n Network, &Bodies<'_>),
     targets: &[Option<Target<'n>>],
     active: &[usize],
     constraint: usize,
@@ -303,27 +306,58 @@ fn begin<'n>(
     let Action::Prescribed(hold) = network.constraints[constraint].model.action() else { return None };
     let beside = || {
         let others = active.iter().filter(|other| **other != constraint && same_place(network, constraint, **other));
-        others.filter_map(|other| targets[*other].as_ref())
+        others.filter_map(|other| targets[*other].as_ref().map(|target| (bodies.under(network.constraints[*other].mount), target)))
     };
-    let point = || beside().find(|other| other.hold.position && other.hold.rails.is_empty());
-    let frame = || beside().find(|other| other.hold.rotation != RotationHold::Free);
-    let found = Held::Found(constraint);
+    let own = bodies.under(network.constraints[constraint].mount).inverse();
+    let point = || beside().find(|(_, other)| other.hold.position && other.hold.rails.is_empty());
+    let point = || point().map(|(body, other)| in_world(&own, in_world(&body, other.position)));
+    let frame = || beside().find(|(_, other)| other.hold.rotation != RotationHold::Free);
+    let frame = || frame().map(|(body, other)| facing_in_world(&own, facing_in_world(&body, other.facing)));
+    let (found, found_facing) = (Held::Found(constraint), Held::Found(constraint));
     Some(Target {
         hold,
-        position: position.or_else(|| point().map(|other| other.position)).unwrap_or(found),
-        facing: facing.or_else(|| frame().map(|other| other.facing)).unwrap_or(Held::Found(constraint)),
+        position: position.or_else(point).unwrap_or(found),
+        facing: facing.or_else(frame).unwrap_or(found_facing),
     })
 }
 
+/// A position in the axes of a body, in the world.
+fn in_world(body: &Pose, position: Held<Vector>) -> Held<Vector> {
+    match position {
+        Held::Given(x) => Held::Given(body.world(&x)),
+        Held::Found(f) => Held::Found(f),
+    }
+}
+
+/// A direction or frame in the axes of a body, in the world.
+fn facing_in_world(body: &Pose, facing: Held<Faced>) -> Held<Faced> {
+    match facing {
+        Held::Given(Faced::Tangent(d)) => Held::Given(Faced::Tangent(body.orientation * d)),
+        Held::Given(Faced::Frame(frame)) => Held::Given(Faced::Frame(body.orientation * frame)),
+        Held::Found(f) => Held::Found(f),
+    }
+}
+
 /// The freedom that two constraints hold differently, if any.
-fn contradiction(network: &Network, targets: &[Option<Target<'_>>], a: usize, b: usize) -> Option<&'static str> {
+fn contradiction(
+    (network, bodies): (&Network, &Bodies<'_>),
+    targets: &[Option<Target<'_>>],
+    a: usize,
+    b: usize,
+) -> Option<&'static str> {
     let (first, second) = (targets[a].as_ref()?, targets[b].as_ref()?);
+    let mounts = [a, b].map(|f| network.constraints[f].mount);
+    let [one, other] = mounts.map(|mount| bodies.under(mount));
+    let [p, q] = [in_world(&one, first.position), in_world(&other, second.position)];
+    let faced = [facing_in_world(&one, first.facing), facing_in_world(&other, second.facing)];
+    // One of them moves away from the other on its body.
+    let part = mounts[0] != mounts[1] && mounts.iter().any(|mount| bodies.moves(*mount));
     if network.constraints[a].site.point != network.constraints[b].site.point {
         return None;
     }
-    let same = same_place(network, a, b);
+    let same = same_place(network, a, b) && !part;
     let shared = shared_directions(&first.hold.held_directions(), &second.hold.held_directions());
-    let differ = |d: &Vector| match (first.position, second.position) {
+    let differ = |d: &Vector| match (p, q) {
         (Held::Given(p), Held::Given(q)) => d.dot(&(p - q)).abs() > 1e-9 * (1.0 + p.norm()),
         (p, q) => p != q,
     };
@@ -334,16 +368,16 @@ fn contradiction(network: &Network, targets: &[Option<Target<'_>>], a: usize, b:
         (RotationHold::Free, _) | (_, RotationHold::Free) => None,
         (RotationHold::Tangent, RotationHold::Twist) | (RotationHold::Twist, RotationHold::Tangent) => None,
         (RotationHold::Tangent, _) | (_, RotationHold::Tangent) => {
-            let differ = match (tangent(first.facing), tangent(second.facing)) {
-                (Some(p), Some(q)) => (p - q).norm() > 1e-9,
-                _ => first.facing != second.facing,
+            let differ = match faced.map(tangent) {
+                [Some(p), Some(q)] => (p - q).norm() > 1e-9,
+                _ => faced[0] != faced[1],
             };
             (!same || differ).then_some("the tangent")
         }
         _ => {
-            let differ = match (first.facing, second.facing) {
-                (Held::Given(Faced::Frame(p)), Held::Given(Faced::Frame(q))) => p.angle_to(&q) > 1e-7,
-                (p, q) => p != q,
+            let differ = match faced {
+                [Held::Given(Faced::Frame(p)), Held::Given(Faced::Frame(q))] => p.angle_to(&q) > 1e-7,
+                [p, q] => p != q,
             };
             (!same || differ).then_some("the orientation")
         }

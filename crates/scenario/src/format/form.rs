@@ -64,6 +64,8 @@ pub(crate) enum Form {
     Choice(&'static [&'static str]),
     /// A number of any quantity, or a string with a unit.
     Quantity,
+    /// A number of any quantity, or a list of such numbers.
+    QuantityOrList,
     /// A list of values of any kind.
     Values,
     /// Paths of keys, each with a value or a list of values.

@@ -157,6 +157,10 @@ fn form(form: &Form, registry: &Registry) -> Value {
         Form::Flag => json!({ "type": "boolean" }),
         Form::Choice(words) => json!({ "enum": words }),
         Form::Quantity => json!({ "type": ["number", "string"] }),
+        Form::QuantityOrList => {
+            let one = json!({ "type": ["number", "string"] });
+            json!({ "anyOf": [one, list(one.clone(), 1, None)] })
+        }
         Form::Values => json!({ "type": "array", "minItems": 1 }),
         Form::Conditions => json!({ "type": "object", "minProperties": 1 }),
         Form::Words(words) => list(json!({ "enum": words }), 1, None),

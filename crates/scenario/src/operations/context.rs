@@ -1,5 +1,6 @@
 //! The state that the operations of a step read and change.
 
+use super::drive::DrivenJoint;
 use crate::read::entry::Entry;
 use crate::read::names::{Names, lookup};
 use crate::scenario::Constraint;
@@ -25,6 +26,7 @@ pub(crate) struct Context<'s, 'a> {
     pub constraints: &'s mut [Constraint],
     /// Constraints that begin with the step.
     pub begun: &'s [usize],
+    pub drives: Vec<DrivenJoint>,
     pub moves: Vec<Move>,
     pub obstacle_moves: Vec<ObstacleMove>,
     /// Loads, by index, and the factors reached.
@@ -56,6 +58,11 @@ impl Context<'_, '_> {
     pub fn claim_obstacle(&self, entry: &Entry<'_>, name: &str) -> Option<usize> {
         let span = entry.span_of("obstacle");
         let index = *lookup(entry, "obstacle", &self.names.obstacles, name, span.clone())?;
+        if self.names.mounted_obstacles.contains(&index) {
+            let message = format!("{} moves the obstacle \"{name}\", which is mounted on a body", self.entry.label);
+            entry.reader.fault(span, message, "a mechanism carries it: use `drive`, or leave out its `mount`");
+            return None;
+        }
         if self.obstacle_moves.iter().any(|other| other.obstacle == index) {
             let message = format!("{} moves the obstacle \"{name}\" twice", self.entry.label);
             let help = "give one move for every obstacle, with `via` points where it needs them";

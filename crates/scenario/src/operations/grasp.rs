@@ -2,7 +2,7 @@
 
 use super::{Begins, StepOperation};
 use crate::format::form::{Family, Form, Keys, may};
-use crate::format::keys::constraints::{FREE_AXIS, HOLD, MAX_MOMENT, NAME, PLACE, PULL_OUT_FORCE, RAIL};
+use crate::format::keys::constraints::{FREE_AXIS, HOLD, MAX_MOMENT, MOUNT, NAME, PLACE, PULL_OUT_FORCE, RAIL};
 use wireloom_core::steps::Operation;
 
 /// Hands that grasp the cable.
@@ -19,6 +19,7 @@ const KEYS: Keys = Keys {
         NAME,
         may("kind", Form::Kind(Family::Constraint, Some("handle")), "its kind; default \"handle\""),
         PLACE,
+        MOUNT,
         HOLD,
         FREE_AXIS,
         RAIL,

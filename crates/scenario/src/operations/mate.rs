@@ -5,7 +5,7 @@ use super::{Begins, StepOperation};
 use crate::attachment::At;
 use crate::format::form::{Family, Form, Keys, may, must};
 use crate::format::keys::constraints::{
-    AT, HOLD, INSERTION_FORCE, MAX_MOMENT, ORIENTATION, PULL_OUT_FORCE, TANGENT, UP,
+    AT, HOLD, INSERTION_FORCE, MAX_MOMENT, MOUNT, ORIENTATION, PULL_OUT_FORCE, TANGENT, UP,
 };
 use crate::format::limits::POSITIVE;
 use crate::read::entry::Entry;
@@ -46,6 +46,7 @@ const KEYS: Keys = Keys {
             Form::Number(Quantity::Force, POSITIVE),
             "largest force of the push; larger ones are reported",
         ),
+        MOUNT,
         HOLD,
         PULL_OUT_FORCE,
         MAX_MOMENT,
@@ -115,7 +116,7 @@ fn which(entry: &Entry<'_>, begun: Option<usize>, step: &Context<'_, '_>) -> Opt
         }
         (true, false) => {
             kinds::read(entry);
-            let of_its_own = ["kind", "at", "hold", "pull_out_force", "max_moment", "insertion_force"];
+            let of_its_own = ["kind", "at", "mount", "hold", "pull_out_force", "max_moment", "insertion_force"];
             if let Some(key) = of_its_own.into_iter().find(|key| entry.has(key)) {
                 let message = format!("{} has `{key}` beside `constraint`", entry.label);
                 entry.fault_at(key, message, "give it where the constraint begins");

@@ -3,6 +3,7 @@
 use super::entry::Entry;
 use super::fixing_types::FixingType;
 use super::kinds;
+use super::mechanisms::{mount, refuse_turning};
 use super::names::{Names, register};
 use super::places::{attachment, facing, stretch};
 use crate::attachment::At;
@@ -35,10 +36,16 @@ pub(crate) fn constraint<'a>(
     let at = places.first().map(|place| place.0);
     let position = if own("position") { entry.vector("position") } else { None };
     let facing = if own("tangent") { facing(entry) } else { Facing::Left };
+    let mount = mount(entry, names);
     let hold = hold(entry).or_else(|| of.as_ref()?.hold.clone());
     let free_axis = if own("free_axis") { entry.direction("free_axis").map(|axis| *axis) } else { None };
     let rails = if own("rail") { rails(entry) } else { Vec::new() };
     let slide = slide(entry, of.as_ref(), at, names);
+    if let Some(mount) = mount {
+        let of_rails = rails.iter().map(|rail| ("rail", *rail));
+        let directions: Vec<_> = free_axis.iter().map(|axis| ("free_axis", *axis)).chain(of_rails).collect();
+        refuse_turning(entry, mount, &directions, names);
+    }
     let limits = limits(entry, &of.as_ref().map(|of| of.limits).unwrap_or_default());
     for need in of.iter().flat_map(|of| &of.needs) {
         refuse_missing_need(entry, need);
@@ -61,6 +68,7 @@ pub(crate) fn constraint<'a>(
         parameters,
         at: places.iter().map(|place| place.0).collect(),
         span: span.flatten(),
+        mount,
         position,
         facing,
         tangent_given: whole || matches!(facing, Facing::Tangent(_)),

@@ -17,7 +17,7 @@ use super::reader::Reader;
 use super::requirements::{Named, marker, requirement};
 use super::steps::{Pull, Spin, steps};
 use super::sweep::sweep;
-use super::{joints, obstacles, plugins, sections};
+use super::{joints, mechanisms, obstacles, plugins, sections};
 use crate::format::keys;
 use crate::output::{self, Output};
 use crate::scenario::{Branch, Joint, Scenario};
@@ -59,6 +59,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.entries("joints");
     let joints: Vec<Joint> = entries.iter().filter_map(|entry| joints::joint(entry, &mut names)).collect();
     joints::refuse_dangling(&root, &mut names);
+    root.entries("mechanisms").iter().for_each(|entry| mechanisms::mechanism(entry, &mut names));
     let entries = root.entries("constraints");
     let mut constraints: Vec<_> =
         entries.iter().filter_map(|entry| constraint(entry, true, false, &mut names)).collect();
@@ -94,6 +95,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         loads,
         obstacles,
         contact,
+        mechanisms: names.mechanisms.clone(),
         initial,
         minimiser,
         steps,

@@ -179,6 +179,17 @@ impl<'a> Entry<'a> {
         &[]
     }
 
+    /// The values of a list, or one value alone.
+    pub fn items(&self, name: &str) -> &'a [Node<'a>] {
+        match self.node(name) {
+            Some(node) => match node.get_ref() {
+                DeValue::Array(list) => list,
+                _ => std::slice::from_ref(node),
+            },
+            None => &[],
+        }
+    }
+
     /// Points of a list.
     pub fn points(&self, name: &str) -> Option<Vec<Vector>> {
         let Form::Points(least) = self.key(name).form else { unreachable!("{name} are no points") };

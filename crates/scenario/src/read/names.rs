@@ -4,7 +4,9 @@ use super::entry::Entry;
 use super::fixing_types::Types;
 use crate::fault::did_you_mean;
 use crate::span::Span;
+use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::mechanism::{Mechanism, Mount};
 
 /// A vertex.
 pub(crate) struct Vertex {
@@ -34,6 +36,14 @@ pub(crate) struct Names<'a> {
     pub let_go: BTreeSet<&'a str>,
     pub loads: BTreeMap<&'a str, usize>,
     pub obstacles: BTreeMap<&'a str, usize>,
+    /// Obstacles that mechanisms carry.
+    pub mounted_obstacles: BTreeSet<usize>,
+    pub mechanism_names: BTreeMap<&'a str, usize>,
+    pub mechanisms: Vec<Mechanism>,
+    /// Bodies of mechanisms.
+    pub bodies: Qualified<Mount>,
+    /// Joints of mechanisms: index of the mechanism, and of the joint in it.
+    pub mechanism_joints: Qualified<(usize, usize)>,
     /// Whether branches may leave their division to the accuracy of the mesh.
     pub by_accuracy: bool,
     /// Approximate number of segments.
@@ -61,17 +71,58 @@ pub(crate) fn register<'a>(
 }
 
 /// Looks a name up; notes a fault if it is unknown.
-pub(crate) fn lookup<'m, T>(
+pub(crate) fn lookup<'m, N: Borrow<str> + Ord, T>(
     entry: &Entry<'_>,
     what: &str,
-    family: &'m BTreeMap<&str, T>,
+    family: &'m BTreeMap<N, T>,
     name: &str,
     span: Span,
 ) -> Option<&'m T> {
     let found = family.get(name);
     if found.is_none() {
-        let help = did_you_mean(name, family.keys().copied());
+        let help = did_you_mean(name, family.keys().map(Borrow::borrow));
         entry.reader.fault(span, format!("unknown {what} \"{name}\" in {}", entry.label), help);
     }
     found
+}
+
+/// Parts of mechanisms by name: `PART` where only one mechanism has a part of that name, and `MECHANISM/PART`.
+pub(crate) struct Qualified<T> {
+    parts: BTreeMap<String, T>,
+    /// Names that several mechanisms give.
+    shared: BTreeSet<String>,
+    /// Whether a mechanism is faulty, so that names may be missing.
+    pub incomplete: bool,
+}
+
+impl<T> Default for Qualified<T> {
+    fn default() -> Self {
+        Self { parts: BTreeMap::new(), shared: BTreeSet::new(), incomplete: false }
+    }
+}
+
+impl<T: Copy> Qualified<T> {
+    /// Gives a part of a mechanism its names.
+    pub fn add(&mut self, mechanism: &str, name: &str, part: T) {
+        self.parts.insert(format!("{mechanism}/{name}"), part);
+        if self.parts.contains_key(name) {
+            self.parts.remove(name);
+            self.shared.insert(name.to_owned());
+        } else if !self.shared.contains(name) {
+            self.parts.insert(name.to_owned(), part);
+        }
+    }
+
+    /// The part of a name; notes a fault if there is none, or if the name alone does not tell which.
+    pub fn find(&self, entry: &Entry<'_>, what: &str, name: &str, span: Span) -> Option<T> {
+        if self.shared.contains(name) {
+            let message = format!("several mechanisms have a {what} \"{name}\"");
+            entry.reader.fault(span, message, format!("write \"MECHANISM/{name}\""));
+            return None;
+        }
+        match self.parts.get(name) {
+            None if self.incomplete => None,
+            _ => lookup(entry, what, &self.parts, name, span).copied(),
+        }
+    }
 }

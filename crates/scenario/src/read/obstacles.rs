@@ -2,6 +2,7 @@
 
 use super::entry::Entry;
 use super::kinds;
+use super::mechanisms::mount;
 use super::names::{Names, register};
 use super::places::facing;
 use crate::scenario::{Body, Facing};
@@ -39,6 +40,8 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
         let bytes = entry.reader.bytes(name, entry.span_of("mesh"))?;
         Some(ShapeFile { name: name.to_owned(), bytes, scale })
     });
+    let mount = mount(entry, names);
+    names.mounted_obstacles.extend(mount.map(|_| index));
     let sound = entry.reader.fault_count() == before;
     names.broken |= !sound;
     let (true, Some(chosen), Some(name), Some(orientation)) = (sound, chosen, name, orientation) else { return None };
@@ -68,6 +71,7 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
         kind: chosen.kind,
         shape: shape.into(),
         pose,
+        mount,
         friction,
         min_clearance,
         max_contact_force,

@@ -4,7 +4,7 @@ use super::constraints::constraint;
 use super::entry::Entry;
 use super::names::{Names, lookup, register};
 use crate::operations::context::{Acting, Context};
-use crate::operations::{Begins, OPERATIONS, StepOperation};
+use crate::operations::{Begins, OPERATIONS, StepOperation, drive};
 use crate::scenario::Constraint;
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::Vector;
@@ -84,6 +84,7 @@ pub(crate) fn steps<'a>(
     let mut acting = Acting { active: (0..from_start).collect(), released: BTreeMap::new(), mated: BTreeSet::new() };
     let mut step_names = BTreeMap::new();
     let mut steps = Vec::new();
+    let mut values: Vec<Vec<f64>> = names.mechanisms.iter().map(|own| vec![0.0; own.freedoms()]).collect();
     for (k, (entry, begun)) in entries.iter().zip(begun).enumerate() {
         let name = entry.word("name");
         if let Some(name) = name {
@@ -99,6 +100,7 @@ pub(crate) fn steps<'a>(
             acting: &mut acting,
             constraints,
             begun: &begun.constraints,
+            drives: Vec::new(),
             moves: Vec::new(),
             obstacle_moves: Vec::new(),
             loads: Vec::new(),
@@ -108,16 +110,19 @@ pub(crate) fn steps<'a>(
             (operation.read)(entry, *begun, &mut step)
         };
         let operations = begun.operations.iter().filter_map(read).collect();
+        let (drives, parts) = drive::ways(&step, &mut values);
         let Context { moves, obstacle_moves, loads, temperatures, .. } = step;
         refuse_work_while_waiting(entry);
         names.broken |= entry.reader.fault_count() > before;
         steps.push(Step {
             name: name.map_or_else(|| format!("step {}", k + 1), str::to_owned),
-            increments: entry.count("increments").unwrap_or(1),
+            increments: entry.count("increments").unwrap_or(1) * parts,
+            parts,
             gravity: pull.read(entry).then(|| pull.total()),
             angular_velocity: angular_velocity(entry, spin),
             add: begun.constraints,
             release,
+            drives,
             moves,
             obstacle_moves,
             operations,

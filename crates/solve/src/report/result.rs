@@ -3,9 +3,10 @@
 use crate::report::{Occurrence, nodes};
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, ObstacleResult, SpanResult,
+    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, ObstacleResult, SpanResult,
     StationResult, TightestBend,
 };
+use wireloom_core::mechanism::Mechanism;
 use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::Problem;
@@ -297,6 +298,15 @@ pub fn obstacles(problem: &mut Problem<'_>, state: &State) -> Vec<ObstacleResult
         depth: touching.depth,
     };
     network.obstacles.iter().zip(poses).zip(touching).map(result).collect()
+}
+
+/// Values of the joints of all mechanisms.
+pub fn mechanisms(problem: &Problem<'_>) -> Vec<MechanismResult> {
+    let result = |(mechanism, values): (&Mechanism, &Vec<f64>)| {
+        let joint = |k: usize| (mechanism.joints[k].name.clone(), values[mechanism.freedoms_of(k)].to_vec());
+        MechanismResult { name: mechanism.name.clone(), joints: (0..mechanism.joints.len()).map(joint).collect() }
+    };
+    problem.network.mechanisms.iter().zip(&problem.conditions().mechanisms).map(result).collect()
 }
 
 /// Results of all active constraints: pose and reactions on the harness.

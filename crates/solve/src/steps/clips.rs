@@ -14,12 +14,13 @@ const NEWTON: usize = 4;
 
 /// Sets the arc lengths of those knots (increasing nodes, and their arc lengths at `state`, m) of a branch that
 /// constraints of `added` bring: first the given ones, then the nearest ones. All stay between the constraints that act
-/// already. Returns remarks on those that these limited.
+/// already. `seat`: where a constraint closes. Returns remarks on those that these limited.
 pub(crate) fn place_stations(
     network: &Network,
     state: &State,
     branch: usize,
     added: &[usize],
+    seat: impl Fn(usize) -> Vector,
     knots: &mut [(usize, f64)],
 ) -> Vec<String> {
     let mut notes = Vec::new();
@@ -52,8 +53,8 @@ pub(crate) fn place_stations(
                 }
             } else {
                 let spacing = fraction.min(SPACING * own.section.diameter);
-                let (here, note) =
-                    nearest_place(network, state, f, branch, before + spacing, after - between * spacing);
+                let range = [before + spacing, after - between * spacing];
+                let (here, note) = nearest_place((network, state), (f, &seat(f)), branch, range);
                 knots[k].1 = here;
                 notes.extend(note);
             }
@@ -65,24 +66,20 @@ pub(crate) fn place_stations(
 /// Arc length in `[low, high]` at which the cable is nearest to the seat of constraint `f`, and a remark if it is
 /// nearer outside.
 fn nearest_place(
-    network: &Network,
-    state: &State,
-    f: usize,
+    (network, state): (&Network, &State),
+    (f, seat): (usize, &Vector),
     branch: usize,
-    low: f64,
-    high: f64,
+    [low, high]: [f64; 2],
 ) -> (f64, Option<String>) {
     let constraint = &network.constraints[f];
     let own = &network.branches[branch];
-    // The scenario ensures that a constraint of this kind has a seat.
-    let seat = constraint.position.unwrap_or_default();
     let points: Vec<Vector> = own.points.clone().map(|i| state.points[i] + state.compensation[i]).collect();
     let s = state.arc_lengths(network, branch);
     let frame = |local: &usize| state.frames[own.frames.start + local];
     let tangents: Vec<Vector> = own.rod.mesh().segment_frames.iter().map(|k| frame(k) * Vector::z()).collect();
     let foot = |low: f64, high: f64| {
-        let (at, distance) = nearest(&s, &points, &seat, low, high);
-        (foot_point(&s, &points, &tangents, &seat, at).clamp(low, high), distance)
+        let (at, distance) = nearest(&s, &points, seat, low, high);
+        (foot_point(&s, &points, &tangents, seat, at).clamp(low, high), distance)
     };
     let (here, distance) = foot(low, high);
     let (there, least) = foot(s[0], s[s.len() - 1]);

@@ -5,13 +5,13 @@ use crate::report::clearance::Cables;
 use crate::report::{self, Occurrence, TwistMonitor, events, result};
 use crate::steps::certificate::Grade;
 use crate::steps::operations;
-use crate::steps::plan::{self, Plan};
+use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
 use wireloom_core::conditions::{Conditions, Sliding};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::status::Status;
-use wireloom_core::steps::{Journey, Step};
+use wireloom_core::steps::Step;
 use wireloom_core::{EventKind, EventPlace, Moment};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
@@ -45,16 +45,9 @@ impl Driver<'_, '_> {
             self.problem.begin_constraint(f, &self.state);
         }
         self.operations = operations::begin(&step.operations, &self.problem, &self.state);
-        let constraints = &self.problem.conditions().constraints;
-        let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(|f| constraints[f].base)).collect();
-        for &f in &step.add {
-            if !journeys.iter().any(|journey| journey.constraint() == f) {
-                journeys.push(plan::journey_to_target(f, &network.constraints[f], constraints[f].base));
-            }
-        }
         let begun = |f: &usize| step.add.contains(f) || first && network.constraints[*f].from_start;
         let begun = (0..network.constraints.len()).filter(begun).collect();
-        let plan = Plan::new(&self.problem, step, journeys).beginning(begun);
+        let plan = Plan::of_step(&self.problem, step, &step.add).beginning(begun);
         let moves_only = step.add.is_empty() && step.release.is_empty() && !plan.changes_loads();
         self.previous_move = moves_only.then_some(0.0);
         plan
@@ -224,7 +217,13 @@ impl Driver<'_, '_> {
 
     /// Updates the results of the plan's operations at this fraction of it.
     fn update_operations(&mut self, plan: &Plan, fraction: f64) {
-        let reaction = |f: usize| self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
+        // In the axes in which the directions of operations are given: those of the body that carries the constraint.
+        let body = |f: usize| {
+            self.problem.conditions().body(self.problem.network, self.problem.network.constraints[f].mount).orientation
+        };
+        let reaction = |f: usize| {
+            body(f).inverse() * self.problem.reaction(f, &self.state, &self.certifier.gradient).0
+        };
         operations::update(&plan.operations, &mut self.operations, fraction, reaction);
     }
 

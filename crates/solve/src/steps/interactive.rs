@@ -13,8 +13,8 @@ use std::time::Instant;
 use wireloom_core::equilibrium::{RequirementResult, StepResult};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
-use wireloom_core::steps::{Journey, Schedule, Step};
-use wireloom_core::{Event, Monitor, Network};
+use wireloom_core::steps::{Schedule, Step};
+use wireloom_core::{Event, Monitor, Network, Pose};
 
 /// Factor on the force tolerance of [`InteractiveDriver::balance`]: the visible result then does not depend on the
 /// start.
@@ -63,9 +63,19 @@ impl Checkpoint {
         points + state.frames.len() * (size_of_val(&state.frames[0]) + size_of::<f64>()) + memory
     }
 
-    /// Target of a constraint: position (m) and orientation as in a scenario.
-    pub fn target(&self, constraint: usize) -> Option<wireloom_core::Pose> {
+    /// Target of a constraint in the world: position (m) and orientation.
+    pub fn target(&self, constraint: usize) -> Option<Pose> {
         Some(self.conditions.constraints.get(constraint)?.base)
+    }
+
+    /// Target of a constraint as in a scenario: of one that is mounted on a body, as the mechanism is drawn.
+    pub fn drawn_target(&self, network: &Network, constraint: usize) -> Option<Pose> {
+        Some(self.body_under(network, constraint).inverse().compose(&self.target(constraint)?))
+    }
+
+    /// Pose of the body on which a constraint is mounted; the identity for one that is mounted on none.
+    pub fn body_under(&self, network: &Network, constraint: usize) -> Pose {
+        self.conditions.body(network, network.constraints.get(constraint).and_then(|own| own.mount))
     }
 
     /// Whether a constraint is active.
@@ -191,12 +201,7 @@ impl InteractiveDriver {
         driver.minimiser.forget();
         let plan = match plan {
             Some(plan) => plan,
-            None if increment > 1 => {
-                let constraints = &driver.problem.conditions().constraints;
-                let journeys: Vec<Journey> =
-                    step.moves.iter().flat_map(|m| m.journeys(|f| constraints[f].base)).collect();
-                Plan::new(&driver.problem, step, journeys)
-            }
+            None if increment > 1 => Plan::of_step(&driver.problem, step, &[]),
             None => driver.begin_step(step, index == 0, &mut notes),
         };
         let fraction = |k: usize| k as f64 / step.increments as f64;

@@ -554,6 +554,7 @@ fn merged(reached: &Conditions, walked: &Conditions) -> Conditions {
         rotation: walked.rotation,
         load_factors: walked.load_factors.clone(),
         temperatures: walked.temperatures.clone(),
+        mechanisms: walked.mechanisms.clone(),
         targets: walked.targets.clone(),
         constraints,
         contact: ContactState { poses: walked.contact.poses.clone(), ..reached.contact.clone() },

@@ -43,7 +43,7 @@ pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &Sta
 }
 
 /// Updates the results with the equilibrium at fraction `t` of the step; `reaction` is the force (N) of a constraint on
-/// the harness.
+/// the harness, in the axes in which the operation gives its direction.
 pub(crate) fn update(
     operations: &[Operation],
     results: &mut [OperationResult],

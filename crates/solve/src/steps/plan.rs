@@ -1,9 +1,11 @@
 //! Plan of a step: its motions, loads and temperatures as functions of its progress.
 
 use serde::{Deserialize, Serialize};
+use wireloom_core::mechanism::Mount;
 use wireloom_core::network::AttachedConstraint;
 use wireloom_core::problem::Problem;
-use wireloom_core::steps::{Course, Journey, Move, Operation, Step, Track, Turn};
+use wireloom_core::steps::{Course, Drive, Journey, Move, Operation, Step, Track, Turn};
+use wireloom_core::obstacle::Obstacle;
 use wireloom_core::{Pose, Vector};
 
 /// Fraction of a part that is round-off.
@@ -12,9 +14,13 @@ const ROUND_OFF: f64 = 1e-6;
 /// Motions, loads and temperatures of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plan {
-    journeys: Vec<Journey>,
-    /// Obstacles that move, by index.
+    /// Of constraints; where one is mounted on a body, in the axes of that.
+    journeys: Vec<(Journey, Option<Mount>)>,
+    drives: Vec<Drive>,
+    /// Obstacles that move by themselves, by index.
     obstacles: Vec<(usize, Course)>,
+    /// Obstacles that mechanisms carry: index, body, and pose in its axes.
+    carried: Vec<(usize, Mount, Pose)>,
     /// Fractions of the step at which a path has a corner.
     pub corners: Vec<f64>,
     /// Operations of the step.
@@ -32,17 +38,56 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Plan of a step from the present conditions, with the journeys of its constraints.
+    /// Plan of a step from the present conditions. `added`: constraints that begin to act now.
+    pub fn of_step(problem: &Problem<'_>, step: &Step, added: &[usize]) -> Self {
+        let (network, now) = (problem.network, problem.conditions());
+        let own = |f: usize| {
+            now.body(network, network.constraints[f].mount).inverse().compose(&now.constraints[f].base)
+        };
+        let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(own)).collect();
+        let is_driven = |mount: Option<Mount>| {
+            mount.is_some_and(|mount| step.drives.iter().any(|drive| drive.mechanism == mount.mechanism))
+        };
+        for (f, constraint) in network.constraints.iter().enumerate() {
+            if journeys.iter().any(|journey| journey.constraint() == f) {
+                continue;
+            }
+            if added.contains(&f) {
+                journeys.push(journey_to_target(f, constraint, own(f)));
+            } else if now.active[f] && is_driven(constraint.mount) {
+                journeys.push(Journey::of(f, &Track::default(), &own(f)));
+            }
+        }
+        let carried = |(o, obstacle): (usize, &Obstacle)| {
+            let mount = obstacle.mount.filter(|mount| is_driven(Some(*mount)))?;
+            Some((o, mount, now.body(network, Some(mount)).inverse().compose(&now.contact.poses[o])))
+        };
+        let with_mount = |journey: Journey| {
+            let mount = network.constraints[journey.constraint()].mount;
+            (journey, mount)
+        };
+        Self {
+            journeys: journeys.into_iter().map(with_mount).collect(),
+            drives: step.drives.clone(),
+            carried: network.obstacles.iter().enumerate().filter_map(carried).collect(),
+            ..Self::new(problem, step, Vec::new())
+        }
+    }
+
+    /// Plan of what a step changes besides its constraints and mechanisms, with these journeys of constraints.
     pub fn new(problem: &Problem<'_>, step: &Step, journeys: Vec<Journey>) -> Self {
         let now = problem.conditions();
+        let driven = step.drives.iter().flat_map(|drive| drive.way.corners().iter().copied());
         Self {
-            journeys,
+            journeys: journeys.into_iter().map(|journey| (journey, None)).collect(),
+            drives: Vec::new(),
+            carried: Vec::new(),
             obstacles: step
                 .obstacle_moves
                 .iter()
                 .map(|m| (m.obstacle, m.track.from(&now.contact.poses[m.obstacle])))
                 .collect(),
-            corners: step.moves.iter().flat_map(Move::corners).collect(),
+            corners: step.moves.iter().flat_map(Move::corners).chain(driven).collect(),
             operations: step.operations.clone(),
             gravity: (now.gravity, step.gravity.unwrap_or(now.gravity)),
             angular_velocity: (now.rotation.velocity, step.angular_velocity.unwrap_or(now.rotation.velocity)),
@@ -61,7 +106,7 @@ impl Plan {
 
     /// Whether an obstacle moves.
     pub fn moves_obstacles(&self) -> bool {
-        !self.obstacles.is_empty()
+        !self.obstacles.is_empty() || !self.carried.is_empty()
     }
 
     /// Whether gravity, rotation, loads or temperatures change.
@@ -74,13 +119,13 @@ impl Plan {
 
     /// Largest number of turns that a constraint makes about its tangent over a fraction of the step.
     pub fn turns(&self, fraction: f64) -> f64 {
-        self.journeys.iter().map(|journey| journey.turns(fraction)).fold(0.0, f64::max)
+        self.journeys.iter().map(|(journey, _)| journey.turns(fraction)).fold(0.0, f64::max)
     }
 
     /// Number of equal parts of the interval from `a` to `b` of the step in which no constraint makes more than `most`
     /// turns, if all turn uniformly.
     pub fn parts(&self, a: f64, b: f64, most: f64) -> f64 {
-        let spinning = self.journeys.iter().filter(|journey| journey.turns(1.0) > 0.0);
+        let spinning = self.journeys.iter().map(|(journey, _)| journey).filter(|journey| journey.turns(1.0) > 0.0);
         let parts = |journey: &Journey| (journey.turned(a, b) / most - ROUND_OFF).ceil();
         spinning.map(parts).fold(1.0, f64::max)
     }
@@ -103,8 +148,18 @@ impl Plan {
         for &f in &self.begun {
             problem.set_progress(f, t);
         }
-        for journey in &self.journeys {
-            problem.set_target(journey.constraint(), journey.at(t));
+        let network = problem.network;
+        for Drive { mechanism, way } in &self.drives {
+            let values = network.mechanisms[*mechanism].at(way, t);
+            problem.set_mechanism(*mechanism, values);
+        }
+        for (journey, mount) in &self.journeys {
+            let body = problem.conditions().body(network, *mount);
+            problem.set_target(journey.constraint(), body.compose(&journey.at(t)));
+        }
+        for (obstacle, mount, own) in &self.carried {
+            let body = problem.conditions().body(network, Some(*mount));
+            problem.set_obstacle(*obstacle, body.compose(own));
         }
         for (obstacle, course) in &self.obstacles {
             problem.set_obstacle(*obstacle, course.at(t));

@@ -109,7 +109,7 @@ pub fn carry_out(
                 iterations: driver.iterations,
             };
             let unbalanced = !is_balanced(status);
-            let kept = schedule.increments || increment == step.increments || unbalanced;
+            let kept = schedule.increments || step.keeps(increment) || unbalanced;
             observer.errors(&driver.errors);
             let stopped = observer.increment(&progress, &end, kept) == Control::Stop;
             if (index, increment) == (0, 1) || run.status() == Status::Converged {

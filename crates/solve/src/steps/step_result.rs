@@ -136,6 +136,7 @@ pub(super) fn equilibrium(
         joints: network.joints.iter().map(|j| result::joint(problem, j, state, touching)).collect(),
         constraints: result::constraints(problem, state, gradient),
         obstacles: result::obstacles(problem, state),
+        mechanisms: result::mechanisms(problem),
         markers: result::markers(network, &branches),
         operations: Vec::new(),
         energy: problem.energy(state),

@@ -60,6 +60,7 @@ fn with_obstacle(mut sample: Sample, shape: impl Shape + 'static, pose: Pose) ->
         kind,
         shape,
         pose,
+        mount: None,
         friction: 0.0,
         min_clearance: None,
         max_contact_force: None,

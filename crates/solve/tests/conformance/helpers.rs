@@ -126,6 +126,7 @@ pub(crate) fn plan(model: Box<dyn Constraint>, stations: Vec<Place>, span: Optio
         position: None,
         tangent: None,
         orientation: None,
+        mount: None,
         slide: None,
         limits: Limits::default(),
         nearest: false,

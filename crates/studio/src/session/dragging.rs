@@ -114,7 +114,9 @@ impl Session {
         let Some(drag) = &self.drag else { return };
         let (Some(goal), Some(at)) = (drag.goal, self.now.at.clone()) else { return };
         let harness = self.now.harness.clone();
-        let Some(from) = at.target(drag.index) else { return };
+        let network = &harness.network;
+        let Some(from) = at.drawn_target(network, drag.index) else { return };
+        let goal = goal.on(&at.body_under(network, drag.index));
         let (passed, reached) = approach(&from, &goal, drag.turning, MAX_MOTION * harness.longest());
         let step = step_to(&drag.step, drag.index, &passed);
         let ended = harness.advance_drag(&step, &at);
@@ -128,7 +130,7 @@ impl Session {
                 self.show(&ended);
                 if is_balanced(&ended) {
                     drag.turned |= passed.turn.is_some();
-                    drag.passed.push((passed, ended.checkpoint.target(drag.index).unwrap_or(from)));
+                    drag.passed.push((passed, ended.checkpoint.drawn_target(network, drag.index).unwrap_or(from)));
                 } else {
                     drag.unbalanced = true;
                 }

@@ -184,6 +184,7 @@ impl Sketch {
             position: None,
             tangent: None,
             orientation: None,
+            mount: None,
             slide: None,
             limits: Limits::default(),
             nearest: false,

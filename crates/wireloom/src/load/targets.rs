@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use wireloom_core::constraint::Action;
 use wireloom_core::network::Place;
-use wireloom_core::steps::{Move, Step};
+use wireloom_core::steps::{Bodies, Move, Step};
 use wireloom_core::{Network, Pose, Rotation, Vector};
 use wireloom_scenario::{Built, Fault, Scenario};
 
@@ -22,11 +22,13 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
     let standing = |bodies: &[Pose], moving: &HashSet<usize>| -> Vec<(usize, Pose)> {
         bodies.iter().copied().enumerate().filter(|(o, _)| !moving.contains(o)).collect()
     };
-    // Position of each constraint, and its orientation if known.
+    // Position of each constraint, and its orientation if known; of those on a body, as the mechanism is drawn.
     let given =
         |f: usize| network.constraints[f].position.map(|position| (position, network.constraints[f].orientation));
     let mut held: Vec<Option<(Vector, Option<Rotation>)>> =
         (0..network.constraints.len()).map(|f| given(f).filter(|_| network.constraints[f].from_start)).collect();
+    let mut carriers = Bodies::drawn(&network.mechanisms);
+    let mount = |f: usize| network.constraints[f].mount;
     let all = standing(&bodies, &HashSet::new());
     let of_constraint = |f: usize| scenario.constraints[f].spans.of(Some("position"));
     for (f, at) in held.iter().enumerate() {
@@ -34,22 +36,32 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
         faults.extend(deepest.map(|deep| deep.fault(scenario, of_constraint(f), "holds the cable")));
     }
     for (step, span) in scenario.steps.iter().zip(&scenario.step_spans) {
-        let moving: HashSet<usize> = step.obstacle_moves.iter().map(|m| m.obstacle).collect();
+        let before: Vec<Pose> = network.obstacles.iter().map(|own| carriers.under(own.mount)).collect();
+        carriers.drive(&step.drives);
+        let carried = (0..bodies.len()).filter(|o| carriers.moves(network.obstacles[*o].mount));
+        let moving: HashSet<usize> = step.obstacle_moves.iter().map(|m| m.obstacle).chain(carried).collect();
+        // A way against a body that moves is left out.
+        let in_world = |f: usize, x: &Vector| carriers.under(mount(f)).world(x);
         let all = standing(&bodies, &moving);
         for &f in step.release.iter().chain(&step.add) {
             held[f] = None;
         }
         let begin = held.clone();
         for (f, ways) in step.moves.iter().flat_map(|m| ways(m, &begin, step)) {
-            let deepest = deepest(network, f, &ways.passed, &all);
+            let passed = if carriers.moves(mount(f)) { &[][..] } else { &ways.passed };
+            let passed: Vec<Vector> = passed.iter().map(|x| in_world(f, x)).collect();
+            let deepest = deepest(network, f, &passed, &all);
             let what = format!("in step \"{}\" takes the cable", step.name);
             faults.extend(deepest.map(|deep| deep.fault(scenario, span.clone(), &what)));
             held[f] = ways.end;
         }
         for &f in step.add.iter().filter(|f| !step.moves.iter().flat_map(|m| &m.carried).any(|c| c.constraint == **f)) {
             held[f] = given(f);
-            let deepest = held[f].and_then(|(x, _)| deepest(network, f, &[x], &all));
+            let deepest = held[f].and_then(|(x, _)| deepest(network, f, &[in_world(f, &x)], &all));
             faults.extend(deepest.map(|deep| deep.fault(scenario, of_constraint(f), "holds the cable")));
+        }
+        for (o, body) in bodies.iter_mut().enumerate().filter(|(o, _)| carriers.moves(network.obstacles[*o].mount)) {
+            *body = carriers.under(network.obstacles[o].mount).compose(&before[o].inverse().compose(body));
         }
         for motion in &step.obstacle_moves {
             bodies[motion.obstacle] = motion.track.from(&bodies[motion.obstacle]).at(1.0);

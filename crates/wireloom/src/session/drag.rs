@@ -45,6 +45,20 @@ pub struct Goal {
     pub orientation: Option<[f64; 4]>,
 }
 
+impl Goal {
+    /// The same target in the axes of a body.
+    pub fn on(&self, body: &Pose) -> Self {
+        if *body == Pose::identity() {
+            return *self;
+        }
+        let turned = |q: [f64; 4]| rotation(q).map_or(q, |q| quaternion(&(body.orientation.inverse() * q)));
+        Self {
+            position: self.position.map(|x| body.local(&x.into()).into()),
+            orientation: self.orientation.map(turned),
+        }
+    }
+}
+
 /// A step of one increment, in which a constraint moves to a pose that [`approach`] has found.
 pub fn step_to(name: &str, constraint: usize, passed: &Passed) -> Step {
     let turn = passed.turn.as_ref().and_then(Turned::turn);
@@ -69,7 +83,8 @@ pub fn quaternion(rotation: &Rotation) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// The next pose on the way to a target, at most one increment away (`reach`, m, and a fixed angle), and whether it is
+/// The next pose on the way to a target, both in the axes of the body that carries the constraint
+/// ([`Checkpoint::drawn_target`](crate::session::Checkpoint::drawn_target)), at most one increment away (`reach`, m, and a fixed angle), and whether it is
 /// the target.
 pub fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach: f64) -> (Passed, bool) {
     let to = goal.position.map_or(from.position, Vector::from);

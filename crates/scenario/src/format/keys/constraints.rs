@@ -23,6 +23,12 @@ pub(crate) const ORIENTATION: Key = may("orientation", Form::Orientation, "inste
 
 pub(crate) const NAME: Key = must("name", Form::Name, "its name");
 pub(crate) const PLACE: Key = must("at", Form::Table(&AT), "where it attaches");
+pub(crate) const MOUNT: Key = may(
+    "mount",
+    Form::Name,
+    "body of a mechanism that carries it: \"BODY\", or \"MECHANISM/BODY\" where several have its name; its pose and its \
+     moves are then as the mechanism is drawn",
+);
 pub(crate) const HOLD: Key =
     may("hold", Form::Words(&["position", "tangent", "twist"]), "freedoms that it holds, instead of those of its kind");
 pub(crate) const FREE_AXIS: Key =
@@ -76,6 +82,7 @@ pub(crate) const CONSTRAINT: Keys = Keys {
         TANGENT,
         UP,
         ORIENTATION,
+        MOUNT,
         HOLD,
         FREE_AXIS,
         RAIL,

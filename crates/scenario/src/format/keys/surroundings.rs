@@ -1,6 +1,6 @@
 //! Obstacles and contact.
 
-use super::constraints::NAME;
+use super::constraints::{MOUNT, NAME};
 use crate::format::form::{Family, Form, Keys, may, with};
 use crate::format::limits::{FRICTION_COEFFICIENT, NON_NEGATIVE, POSITIVE};
 use wireloom_core::Quantity;
@@ -26,6 +26,7 @@ pub(crate) const OBSTACLE: Keys = Keys {
         ),
         may("up", Form::Direction, "with tangent: direction of its first axis; projected if not orthogonal"),
         may("orientation", Form::Orientation, "instead of tangent and up: its axes; default the world's"),
+        MOUNT,
         may(
             "friction",
             Form::Number(Quantity::Dimensionless, FRICTION_COEFFICIENT),

@@ -1,0 +1,252 @@
+//! Joints and links of a URDF file, the description of robots (<https://wiki.ros.org/urdf/XML>): a tree of links, each
+//! joint with its origin in the frame of its parent link.
+//!
+//! As drawn, all joints are at 0. Masses, shapes and transmissions are not read.
+
+use nalgebra::Unit;
+use roxmltree::{Document, Node};
+use wireloom_core::mechanism::{JointKind, MechanismJoint};
+use wireloom_core::{Pose, Rotation, Vector};
+
+/// A fault of the file, with its line.
+pub(super) struct UrdfFault {
+    pub message: String,
+    pub help: &'static str,
+}
+
+/// A joint as the file gives it.
+struct Given<'f> {
+    node: Node<'f, 'f>,
+    name: &'f str,
+    parent: &'f str,
+    child: &'f str,
+    /// In the frame of the parent.
+    origin: Pose,
+}
+
+struct File<'f> {
+    document: &'f Document<'f>,
+    faults: Vec<UrdfFault>,
+}
+
+/// Names of the links, the root first, and the joints in world coordinates, with the root at `base`.
+pub(super) fn read(text: &str, base: &Pose) -> Result<(Vec<String>, Vec<MechanismJoint>), Vec<UrdfFault>> {
+    let document = Document::parse(text).map_err(|error| {
+        let (at, help) = (error.pos(), "a URDF file is XML with the element <robot>; write out xacro files first");
+        vec![UrdfFault { message: format!("{}: {error}", at.row), help }]
+    })?;
+    let mut file = File { document: &document, faults: Vec::new() };
+    let read = file.read(base);
+    match read {
+        Some(read) if file.faults.is_empty() => Ok(read),
+        _ => Err(file.faults),
+    }
+}
+
+impl<'f> File<'f> {
+    fn fault(&mut self, node: Node<'_, '_>, message: impl Into<String>, help: &'static str) {
+        let row = self.document.text_pos_at(node.range().start).row;
+        self.faults.push(UrdfFault { message: format!("{row}: {}", message.into()), help });
+    }
+
+    fn read(&mut self, base: &Pose) -> Option<(Vec<String>, Vec<MechanismJoint>)> {
+        let robot = self.document.root_element();
+        if robot.tag_name().name() != "robot" {
+            self.fault(robot, format!("<{}> is not <robot>", robot.tag_name().name()), "give a URDF file");
+            return None;
+        }
+        let elements = |tag: &'static str| robot.children().filter(move |node| node.has_tag_name(tag));
+        let mut links: Vec<&'f str> = Vec::new();
+        for link in elements("link") {
+            let Some(name) = self.attribute(link, "name") else { continue };
+            if links.contains(&name) {
+                self.fault(link, format!("there are two links \"{name}\""), "give each a name of its own");
+            }
+            links.push(name);
+        }
+        let mut given: Vec<Given<'f>> = Vec::new();
+        for joint in elements("joint") {
+            let Some(joint) = self.given(joint, &links) else { continue };
+            if given.iter().any(|other| other.name == joint.name) {
+                self.fault(joint.node, format!("there are two joints \"{}\"", joint.name), "give each a name of its own");
+            }
+            if let Some(other) = given.iter().find(|other| other.child == joint.child) {
+                let message = format!("link \"{}\" is the child of joint \"{}\" too", joint.child, other.name);
+                self.fault(joint.node, message, "a URDF file is a tree: each link is the child of one joint at most");
+            }
+            given.push(joint);
+        }
+        let roots: Vec<&'f str> =
+            links.iter().copied().filter(|link| given.iter().all(|joint| joint.child != *link)).collect();
+        let root = match roots[..] {
+            [root] => root,
+            [] => {
+                self.fault(robot, "there is no root: every link is the child of a joint", "leave one joint out");
+                return None;
+            }
+            [_, other, ..] => {
+                self.fault(robot, format!("link \"{other}\" is the child of no joint"), "one link alone is the root");
+                return None;
+            }
+        };
+        if given.is_empty() {
+            self.fault(robot, "there are no joints", "a mechanism has at least one");
+        }
+        if !self.faults.is_empty() {
+            return None;
+        }
+        links.sort_by_key(|link| *link != root);
+        let mut frames: Vec<Option<Pose>> = vec![None; links.len()];
+        frames[0] = Some(*base);
+        let at = |link: &str| links.iter().position(|other| *other == link);
+        // Links from the root outwards; a joint may come before that of its parent.
+        let mut order = Vec::new();
+        while let Some(k) = (0..given.len()).find(|k| !order.contains(k) && at(given[*k].parent).is_some_and(|p| frames[p].is_some())) {
+            let joint = &given[k];
+            let frame = frames[at(joint.parent)?]?.compose(&joint.origin);
+            frames[at(joint.child)?] = Some(frame);
+            order.push(k);
+        }
+        if order.len() < given.len() {
+            self.fault(robot, "some joints form a ring that hangs on no root", "a URDF file is a tree");
+            return None;
+        }
+        let mut joints = Vec::new();
+        for own in &given {
+            let frame = frames[at(own.child)?]?;
+            let kind = self.kind(own, &frame)?;
+            let limits = self.limits(own, &kind);
+            let follows = self.follows(own, &given);
+            let bodies = [at(own.parent)?, at(own.child)?];
+            joints.push(MechanismJoint {
+                name: own.name.to_owned(),
+                kind,
+                bodies,
+                origin: frame.position,
+                limits,
+                follows,
+            });
+        }
+        Some((links.into_iter().map(str::to_owned).collect(), joints))
+    }
+
+    fn attribute(&mut self, node: Node<'f, 'f>, name: &str) -> Option<&'f str> {
+        let value = node.attribute(name).filter(|value| !value.is_empty());
+        if value.is_none() {
+            let message = format!("<{}> has no `{name}`", node.tag_name().name());
+            self.fault(node, message, "add the attribute");
+        }
+        value
+    }
+
+    fn given(&mut self, node: Node<'f, 'f>, links: &[&'f str]) -> Option<Given<'f>> {
+        let name = self.attribute(node, "name");
+        let mut link = |tag: &'static str| {
+            let Some(element) = child(node, tag) else {
+                self.fault(node, format!("<joint> has no <{tag}>"), "add it, with the name of a link");
+                return None;
+            };
+            let link = self.attribute(element, "link")?;
+            if !links.contains(&link) {
+                self.fault(element, format!("there is no link \"{link}\""), "give the name of a <link> of the file");
+                return None;
+            }
+            Some(link)
+        };
+        let (parent, child_link) = (link("parent"), link("child"));
+        let origin = match child(node, "origin") {
+            None => Pose::identity(),
+            Some(element) => {
+                let position = self.vector(element, "xyz")?.unwrap_or_default();
+                let angles = self.vector(element, "rpy")?.unwrap_or_default();
+                // Fixed axes: roll about x, then pitch about y, then yaw about z.
+                Pose { position, orientation: Rotation::from_euler_angles(angles.x, angles.y, angles.z) }
+            }
+        };
+        Some(Given { node, name: name?, parent: parent?, child: child_link?, origin })
+    }
+
+    /// Three numbers of an attribute; `Some(None)` if it is left out.
+    fn vector(&mut self, node: Node<'f, 'f>, name: &str) -> Option<Option<Vector>> {
+        let Some(text) = node.attribute(name) else { return Some(None) };
+        let numbers: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN)).collect();
+        if let [x, y, z] = numbers[..]
+            && numbers.iter().all(|x| x.is_finite())
+        {
+            return Some(Some(Vector::new(x, y, z)));
+        }
+        self.fault(node, format!("{name}=\"{text}\" is not three numbers"), "write three numbers, such as \"0 0 0.1\"");
+        None
+    }
+
+    fn number(&mut self, node: Node<'f, 'f>, name: &str) -> Option<Option<f64>> {
+        let Some(text) = node.attribute(name) else { return Some(None) };
+        let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+        if number.is_none() {
+            self.fault(node, format!("{name}=\"{text}\" is not a number"), "write a number in SI");
+        }
+        number.map(Some)
+    }
+
+    /// Kind of a joint, with its axis in the world; `frame` is that of the joint.
+    fn kind(&mut self, own: &Given<'f>, frame: &Pose) -> Option<JointKind> {
+        let axis = match child(own.node, "axis") {
+            None => Vector::x(),
+            Some(element) => self.vector(element, "xyz")?.unwrap_or_else(Vector::x),
+        };
+        let mut axis = || {
+            let unit = Unit::try_new(axis, 1e-12);
+            if unit.is_none() {
+                self.fault(own.node, "the axis is zero", "give a direction, such as xyz=\"0 0 1\"");
+            }
+            unit.map(|unit| frame.orientation * unit)
+        };
+        match own.node.attribute("type").unwrap_or_default() {
+            "fixed" => Some(JointKind::Fixed),
+            "revolute" | "continuous" => axis().map(JointKind::Revolute),
+            "prismatic" => axis().map(JointKind::Prismatic),
+            other => {
+                let message = format!("joint \"{}\" has the type \"{other}\"", own.name);
+                let help = "fixed, revolute, continuous and prismatic joints are known; give others as \
+                            [[mechanisms.joints]]";
+                self.fault(own.node, message, help);
+                None
+            }
+        }
+    }
+
+    /// Limits of its value; a continuous joint has none.
+    fn limits(&mut self, own: &Given<'f>, kind: &JointKind) -> Option<[f64; 2]> {
+        let limit = child(own.node, "limit")?;
+        if kind.freedoms() == 0 || own.node.attribute("type") == Some("continuous") {
+            return None;
+        }
+        let [low, high] = ["lower", "upper"].map(|name| self.number(limit, name));
+        // Left out, they are 0, says the format.
+        let (low, high) = (low?.unwrap_or(0.0), high?.unwrap_or(0.0));
+        if low > high {
+            self.fault(limit, format!("lower=\"{low}\" is above upper=\"{high}\""), "give the smaller one as `lower`");
+        }
+        Some([low, high])
+    }
+
+    /// The joint that it follows, and the factor.
+    fn follows(&mut self, own: &Given<'f>, given: &[Given<'f>]) -> Option<(usize, f64)> {
+        let mimic = child(own.node, "mimic")?;
+        let name = self.attribute(mimic, "joint")?;
+        let (factor, offset) = (self.number(mimic, "multiplier")?, self.number(mimic, "offset")?);
+        let of = given.iter().position(|other| other.name == name);
+        let chained = of.is_some_and(|of| child(given[of].node, "mimic").is_some());
+        if chained || of.is_none() || offset.is_some_and(|offset| offset != 0.0) {
+            let message = format!("joint \"{}\" mimics in a way that is not known here", own.name);
+            let help = "it must follow a joint of the file that follows no other one, without an offset";
+            self.fault(mimic, message, help);
+            return None;
+        }
+        Some((of?, factor.unwrap_or(1.0)))
+    }
+}
+
+fn child<'f>(node: Node<'f, 'f>, tag: &str) -> Option<Node<'f, 'f>> {
+    node.children().find(|child| child.has_tag_name(tag))
+}
