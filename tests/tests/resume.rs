@@ -122,7 +122,7 @@ fn cables_that_rub_go_on_from_every_checkpoint() {
 #[test]
 fn all_scenarios_go_on_from_every_checkpoint() {
     let mut seen = 0;
-    for folder in ["analytic", "branches", "assembly"] {
+    for folder in ["analytic", "branches", "assembly", "mechanisms"] {
         let Ok(entries) = fs::read_dir(root().join("scenarios").join(folder)) else { continue };
         for path in entries.map(|entry| entry.expect("an entry").path()) {
             let name = path.to_string_lossy();

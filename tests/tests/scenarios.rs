@@ -1,7 +1,7 @@
 //! The scenarios of this repository: all converge, and those with a closed form agree with it, with any minimiser and
 //! with the rod `kirchhoff`, too.
 //!
-//! Beside `scenarios/analytic/NAME.toml` (and those of `assembly`) stands `NAME.expected.toml`, a list of `[[check]]`:
+//! Beside `scenarios/analytic/NAME.toml` (and those of `assembly` and `mechanisms`) stands `NAME.expected.toml`, a list of `[[check]]`:
 //! `step` names the step (its last increment counts), `why` says what is expected, `tolerance` is the largest distance
 //! from `value` (default 0).
 //!
@@ -37,7 +37,7 @@ fn main() {
     let arguments = Arguments::from_args();
     let scenarios = wireloom_tests::root().join("scenarios");
     let mut trials = vec![];
-    for path in files(&scenarios.join("analytic")).into_iter().chain(files(&scenarios.join("assembly"))) {
+    for path in ["analytic", "assembly", "mechanisms"].iter().flat_map(|folder| files(&scenarios.join(folder))) {
         let plain = path.clone();
         trials.push(Trial::test(name(&path), move || analytic(&plain, Swap::default())));
         for minimiser in ["lbfgs", "ncg"] {

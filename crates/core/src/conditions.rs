@@ -62,10 +62,15 @@ impl Conditions {
 
     /// Pose of the body on which something is mounted; the identity for what is mounted on none.
     pub fn body(&self, network: &Network, mount: Option<Mount>) -> Pose {
-        let of = |mount: Mount| {
-            network.mechanisms[mount.mechanism].poses(&self.mechanisms[mount.mechanism])[mount.body]
-        };
+        let of =
+            |mount: Mount| network.mechanisms[mount.mechanism].poses(&self.mechanisms[mount.mechanism])[mount.body];
         mount.map_or_else(Pose::identity, of)
+    }
+
+    /// Position that the scenario gives a constraint, in the world, with its body where it is now, m.
+    pub fn given_position(&self, network: &Network, constraint: usize) -> Option<Vector> {
+        let own = &network.constraints[constraint];
+        Some(self.body(network, own.mount).world(&own.position?))
     }
 }
 

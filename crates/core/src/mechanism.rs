@@ -105,11 +105,7 @@ impl Twist {
 
     /// The same of a body that has moved.
     fn moved(&self, by: &Pose) -> Self {
-        Self {
-            turn: by.orientation * self.turn,
-            point: by.world(&self.point),
-            slide: by.orientation * self.slide,
-        }
+        Self { turn: by.orientation * self.turn, point: by.world(&self.point), slide: by.orientation * self.slide }
     }
 }
 

@@ -22,8 +22,8 @@
 
 pub use wireloom_core::equilibrium::{
     BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, FrictionResult, JointResult, Library,
-    MarkerResult, MechanismResult, MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion,
-    SlideResult, SpanResult, StationResult, StepResult, TightestBend,
+    MarkerResult, MechanismResult, MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault,
+    Run, SlideMotion, SlideResult, SpanResult, StationResult, StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
 pub use wireloom_core::requirement::{

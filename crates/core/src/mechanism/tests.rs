@@ -56,11 +56,8 @@ fn a_hinge_moves_exactly_on_its_arc_and_back_to_the_bit() {
         let angle = 1.2 * t;
         let values = hinge.at(&open, t);
         let (x, y) = (0.8, 0.5);
-        let on_arc = Vector::new(
-            0.1 + x * angle.cos() - y * angle.sin(),
-            -0.2 + x * angle.sin() + y * angle.cos(),
-            0.4,
-        );
+        let on_arc =
+            Vector::new(0.1 + x * angle.cos() - y * angle.sin(), -0.2 + x * angle.sin() + y * angle.cos(), 0.4);
         assert!((hinge.poses(&values)[1].world(&drawn) - on_arc).norm() < 1e-15, "{t}");
     }
     let shut = hinge.way(open.end(), &[to(0, 0.0)]).unwrap();

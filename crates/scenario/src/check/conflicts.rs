@@ -306,7 +306,9 @@ fn begin<'n>(
     let Action::Prescribed(hold) = network.constraints[constraint].model.action() else { return None };
     let beside = || {
         let others = active.iter().filter(|other| **other != constraint && same_place(network, constraint, **other));
-        others.filter_map(|other| targets[*other].as_ref().map(|target| (bodies.under(network.constraints[*other].mount), target)))
+        others.filter_map(|other| {
+            targets[*other].as_ref().map(|target| (bodies.under(network.constraints[*other].mount), target))
+        })
     };
     let own = bodies.under(network.constraints[constraint].mount).inverse();
     let point = || beside().find(|(_, other)| other.hold.position && other.hold.rails.is_empty());

@@ -22,8 +22,8 @@ pub(crate) use surroundings::OBSTACLE;
 
 use super::form::{Form, Keys, may, must};
 use crate::output::OUTPUT;
-use mechanisms::MECHANISM;
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
+use mechanisms::MECHANISM;
 use optimise::OPTIMISE;
 use run::{INITIAL, MESH, PLUGINS, ROTATION};
 use steps::STEP;
@@ -62,7 +62,11 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("output", Form::Table(&OUTPUT), "output besides the result"),
         may("plugins", Form::Table(&PLUGINS), "plugins with further kinds"),
         may("obstacles", Form::Tables(&OBSTACLE), "bodies that the harness may touch but not enter"),
-        may("mechanisms", Form::Tables(&MECHANISM), "what moves by joints: doors, linkages, robots; parts are mounted on it"),
+        may(
+            "mechanisms",
+            Form::Tables(&MECHANISM),
+            "what moves by joints: doors, linkages, robots; parts are mounted on it",
+        ),
         may("contact", Form::Table(&CONTACT), "contact of cables with each other and with the obstacles"),
         may("requirements", Form::Tables(&REQUIREMENT), "limits that the harness must keep at every increment"),
         may("markers", Form::Tables(&MARKER), "named material points, whose positions every result reports"),

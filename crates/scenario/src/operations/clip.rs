@@ -3,8 +3,8 @@
 use super::{Begins, StepOperation};
 use crate::format::form::{Family, Form, Keys, may, must};
 use crate::format::keys::constraints::{
-    AT, FREE_AXIS, FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, MOUNT, NAME, ORIENTATION, PULL_OUT_FORCE, RAIL,
-    SLIDE, TANGENT, UP,
+    AT, FREE_AXIS, FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, MOUNT, NAME, ORIENTATION, PULL_OUT_FORCE, RAIL, SLIDE,
+    TANGENT, UP,
 };
 use wireloom_core::Quantity;
 use wireloom_core::steps::Operation;

@@ -103,11 +103,8 @@ fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Opti
 
 /// The values of `at`.
 fn stops(entry: &Entry<'_>, kind: &JointKind) -> Option<Vec<f64>> {
-    let all: Option<Vec<f64>> = entry
-        .items("at")
-        .iter()
-        .map(|item| entry.reader.number("at", item, quantity(kind, 0), ANY))
-        .collect();
+    let all: Option<Vec<f64>> =
+        entry.items("at").iter().map(|item| entry.reader.number("at", item, quantity(kind, 0), ANY)).collect();
     if all.as_ref().is_some_and(Vec::is_empty) {
         entry.fault_at("at", format!("`at` of {} is empty", entry.label), "give the values that are passed");
         return None;
@@ -210,4 +207,3 @@ fn words(mechanism: &Mechanism, driven: &[Driven], now: &[f64], fault: WayFault)
         ),
     }
 }
-

@@ -3,8 +3,8 @@
 use crate::report::{Occurrence, nodes};
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, ObstacleResult, SpanResult,
-    StationResult, TightestBend,
+    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, ObstacleResult,
+    SpanResult, StationResult, TightestBend,
 };
 use wireloom_core::mechanism::Mechanism;
 use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};

@@ -221,9 +221,7 @@ impl Driver<'_, '_> {
         let body = |f: usize| {
             self.problem.conditions().body(self.problem.network, self.problem.network.constraints[f].mount).orientation
         };
-        let reaction = |f: usize| {
-            body(f).inverse() * self.problem.reaction(f, &self.state, &self.certifier.gradient).0
-        };
+        let reaction = |f: usize| body(f).inverse() * self.problem.reaction(f, &self.state, &self.certifier.gradient).0;
         operations::update(&plan.operations, &mut self.operations, fraction, reaction);
     }
 

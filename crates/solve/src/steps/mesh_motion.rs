@@ -51,11 +51,8 @@ impl Driver<'_, '_> {
         for (b, _) in network.branches.iter().enumerate().filter(|(_, branch)| branch.mesh_moves) {
             let s = self.state.arc_lengths(network, b);
             let mut knots: Vec<_> = self.problem.system().knots(b).into_iter().map(|node| (node, s[node])).collect();
-            let seat = |f: usize| {
-                // The scenario ensures that a constraint of this kind has a seat.
-                let constraint = &network.constraints[f];
-                self.problem.conditions().body(network, constraint.mount).world(&constraint.position.unwrap_or_default())
-            };
+            // The scenario ensures that a constraint that closes at the nearest place has a seat.
+            let seat = |f: usize| self.problem.conditions().given_position(network, f).unwrap_or_default();
             notes.extend(clips::place_stations(network, &self.state, b, added, seat, &mut knots));
             if knots.iter().any(|&(node, to)| (to - s[node]).abs() > SAME_PLACE * s[s.len() - 1]) {
                 let moved = self.move_mesh(b, &knots);

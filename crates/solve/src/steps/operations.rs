@@ -35,7 +35,8 @@ pub(crate) fn begin(operations: &[Operation], problem: &Problem<'_>, state: &Sta
         Operation::Clip { constraint } => {
             let own = &network.constraints[*constraint];
             let here = state.pose(&own.site).position;
-            let reach = own.position.map_or(0.0, |seat| (seat - here).norm());
+            let seat = problem.conditions().given_position(network, *constraint);
+            let reach = seat.map_or(0.0, |seat| (seat - here).norm());
             OperationResult::Clip { constraint: name(*constraint), place: place(*constraint), reach }
         }
     };

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use wireloom_core::mechanism::Mount;
 use wireloom_core::network::AttachedConstraint;
+use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::Problem;
 use wireloom_core::steps::{Course, Drive, Journey, Move, Operation, Step, Track, Turn};
-use wireloom_core::obstacle::Obstacle;
 use wireloom_core::{Pose, Vector};
 
 /// Fraction of a part that is round-off.
@@ -41,9 +41,8 @@ impl Plan {
     /// Plan of a step from the present conditions. `added`: constraints that begin to act now.
     pub fn of_step(problem: &Problem<'_>, step: &Step, added: &[usize]) -> Self {
         let (network, now) = (problem.network, problem.conditions());
-        let own = |f: usize| {
-            now.body(network, network.constraints[f].mount).inverse().compose(&now.constraints[f].base)
-        };
+        let own =
+            |f: usize| now.body(network, network.constraints[f].mount).inverse().compose(&now.constraints[f].base);
         let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(own)).collect();
         let is_driven = |mount: Option<Mount>| {
             mount.is_some_and(|mount| step.drives.iter().any(|drive| drive.mechanism == mount.mechanism))

@@ -91,7 +91,11 @@ fn settings(file: &Path, arguments: &RunArguments, trust: &Trust) -> Result<Vec<
 fn bytes(loaded: &Loaded) -> u64 {
     let Loaded { scenario: Scenario { output, .. }, built, .. } = loaded;
     let all = increments(built);
-    let kept = if output.increments { all } else { built.schedule.steps.iter().map(|step| step.parts.max(1)).sum::<usize>().max(1) };
+    let kept = if output.increments {
+        all
+    } else {
+        built.schedule.steps.iter().map(|step| step.parts.max(1)).sum::<usize>().max(1)
+    };
     let series: usize = results::asked(output).map(|format| all * format.bytes_per_node()).sum();
     let swept = if output.swept.is_some() { all } else { 0 };
     (built.network.points * (kept * BYTES_KEPT + series + swept * BYTES_SWEPT)) as u64

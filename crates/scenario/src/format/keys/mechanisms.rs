@@ -14,9 +14,19 @@ pub(crate) const MECHANISM: Keys = Keys {
     what: "mechanism",
     keys: &[
         NAME,
-        unless("urdf", "joints", Form::Tables(&MECHANISM_JOINT), "its joints; the bodies come into being by being named"),
+        unless(
+            "urdf",
+            "joints",
+            Form::Tables(&MECHANISM_JOINT),
+            "its joints; the bodies come into being by being named",
+        ),
         may("urdf", Form::Name, "instead of joints: a URDF file with them, from the folder of the scenario"),
-        with("urdf", "position", Form::Vector(Quantity::Length), "position of the root of the file; default the origin"),
+        with(
+            "urdf",
+            "position",
+            Form::Vector(Quantity::Length),
+            "position of the root of the file; default the origin",
+        ),
         TANGENT,
         UP,
         ORIENTATION,
@@ -35,7 +45,11 @@ const MECHANISM_JOINT: Keys = Keys {
             "the two bodies that it connects: its value is a motion of the second against the first; \"ground\" is the \
              body that does not move",
         ),
-        may("origin", Form::Vector(Quantity::Length), "a point of its axis, or its centre, as drawn; default the origin"),
+        may(
+            "origin",
+            Form::Vector(Quantity::Length),
+            "a point of its axis, or its centre, as drawn; default the origin",
+        ),
         may("axis", Form::Direction, "direction of its axis, as drawn"),
         may("second_axis", Form::Direction, "second axis of a universal joint, as drawn: it turns with the first"),
         may("pitch", Form::Number(Quantity::Length, ANY), "way of a screw along its axis in one turn"),

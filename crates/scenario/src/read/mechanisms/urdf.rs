@@ -68,7 +68,11 @@ impl<'f> File<'f> {
         for joint in elements("joint") {
             let Some(joint) = self.given(joint, &links) else { continue };
             if given.iter().any(|other| other.name == joint.name) {
-                self.fault(joint.node, format!("there are two joints \"{}\"", joint.name), "give each a name of its own");
+                self.fault(
+                    joint.node,
+                    format!("there are two joints \"{}\"", joint.name),
+                    "give each a name of its own",
+                );
             }
             if let Some(other) = given.iter().find(|other| other.child == joint.child) {
                 let message = format!("link \"{}\" is the child of joint \"{}\" too", joint.child, other.name);
@@ -101,7 +105,9 @@ impl<'f> File<'f> {
         let at = |link: &str| links.iter().position(|other| *other == link);
         // Links from the root outwards; a joint may come before that of its parent.
         let mut order = Vec::new();
-        while let Some(k) = (0..given.len()).find(|k| !order.contains(k) && at(given[*k].parent).is_some_and(|p| frames[p].is_some())) {
+        while let Some(k) =
+            (0..given.len()).find(|k| !order.contains(k) && at(given[*k].parent).is_some_and(|p| frames[p].is_some()))
+        {
             let joint = &given[k];
             let frame = frames[at(joint.parent)?]?.compose(&joint.origin);
             frames[at(joint.child)?] = Some(frame);
