@@ -17,12 +17,12 @@ mod temperature;
 
 pub(crate) use add::ADD;
 pub(crate) use carry::CARRY;
+pub(crate) use drive::DRIVE;
 pub(crate) use grasp::GRASP;
 pub(crate) use moves::MOVE;
 pub(crate) use operation::{Begins, StepOperation};
 
 use clip::CLIP;
-use drive::DRIVE;
 use load::LOAD;
 use mate::MATE;
 use temperature::TEMPERATURE;

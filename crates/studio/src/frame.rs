@@ -46,6 +46,8 @@ pub struct Header {
     pub constraints: Vec<ConstraintFrame>,
     /// Obstacles, in the order of the scene.
     pub obstacles: Vec<ObstacleFrame>,
+    /// Values of the joints of mechanisms, in the order of the scene, rad or m.
+    pub mechanism_values: Vec<f64>,
     /// The bend nearest to its limit, or of smallest radius.
     pub tightest: Option<Tightest>,
     /// Requirements that are not kept at this equilibrium, one entry for each part of the harness.
@@ -174,6 +176,7 @@ impl Header {
             joints: end.joints.iter().map(Placed::joint).collect(),
             constraints: end.constraints.iter().map(ConstraintFrame::of).collect(),
             obstacles: end.obstacles.iter().map(ObstacleFrame::of).collect(),
+            mechanism_values: mechanism_values(end),
             tightest: end.min_bend_radius.as_ref().map(|bend| Tightest {
                 branch: bend.branch.clone(),
                 s: bend.s,
@@ -280,6 +283,12 @@ impl ObstacleFrame {
         let at = Placed::at(&body.pose.position, &body.pose.orientation);
         Self { at, force: body.force.into(), contacts: number(body.contacts) }
     }
+}
+
+/// Values of the joints of mechanisms that have one.
+pub(crate) fn mechanism_values(end: &StepResult) -> Vec<f64> {
+    let joints = end.mechanisms.iter().flat_map(|own| &own.joints);
+    joints.filter_map(|(_, values)| if let [value] = values[..] { Some(value) } else { None }).collect()
 }
 
 /// A count as the protocol has it.

@@ -44,6 +44,7 @@ mod tests {
         declare(protocol::Constraint::decl());
         declare(protocol::Obstacle::decl());
         declare(protocol::Form::decl());
+        declare(protocol::MechanismJoint::decl());
         declare(protocol::Setting::decl());
         declare(protocol::Scene::decl());
         declare(protocol::Event::decl());

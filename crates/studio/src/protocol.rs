@@ -48,6 +48,13 @@ pub enum Request {
         /// Name of the constraint.
         constraint: String,
     },
+    /// Drives a joint of a mechanism to a value, in a step of its own.
+    Drive {
+        /// Name of the joint in the scene.
+        joint: String,
+        /// Its value, rad or m.
+        value: f64,
+    },
     /// Undoes the last operation.
     Undo,
     /// Redoes the operation that was undone last.
@@ -154,6 +161,8 @@ pub struct Scene {
     pub constraints: Vec<Constraint>,
     /// Obstacles, in the order of the frames.
     pub obstacles: Vec<Obstacle>,
+    /// Joints of mechanisms with one freedom, in the order of the frames.
+    pub mechanism_joints: Vec<MechanismJoint>,
     /// Settings, in display order.
     pub settings: Vec<Setting>,
     /// Notes for the engineer.
@@ -192,6 +201,21 @@ pub struct Joint {
     pub model: String,
     /// Names of its branches.
     pub branches: Vec<String>,
+}
+
+/// A joint of a mechanism with one freedom.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct MechanismJoint {
+    /// Its name: `MECHANISM/JOINT`.
+    pub name: String,
+    /// Whether its value is a length (m) and not an angle (rad).
+    pub is_length: bool,
+    /// Its smallest and largest value.
+    pub limits: Option<[f64; 2]>,
+    /// Whether it can be driven: it follows no other joint.
+    pub can_be_driven: bool,
 }
 
 /// A constraint.

@@ -1,7 +1,7 @@
 //! A harness for display: names, diameters, meshes of obstacles. Frames have the positions.
 
 use crate::frame::number;
-use crate::protocol::{Branch, Constraint, Joint, Obstacle, Scene};
+use crate::protocol::{Branch, Constraint, Joint, MechanismJoint, Obstacle, Scene};
 use wireloom::geometry::Vector;
 use wireloom::harness;
 use wireloom::harness::{Network, Obstacle as Body, Place};
@@ -23,6 +23,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
         joints: network.joints.iter().map(joint).collect(),
         constraints: network.constraints.iter().map(|own| constraint(network, own)).collect(),
         obstacles: network.obstacles.iter().map(obstacle).collect(),
+        mechanism_joints: mechanism_joints(network),
         settings: Vec::new(),
         notes: Vec::new(),
         exports: Vec::new(),
@@ -69,6 +70,19 @@ fn constraint(network: &Network, constraint: &harness::AttachedConstraint) -> Co
         Action::Potential(_) | Action::Equations(_) => (true, constraint.site.frame.is_some()),
     };
     Constraint { name: constraint.name.clone(), kind: constraint.kind.clone(), place, moves, turns, by_hand: false }
+}
+
+/// Joints of mechanisms with one freedom, in the order of their values in frames.
+pub fn mechanism_joints(network: &Network) -> Vec<MechanismJoint> {
+    let all = network.mechanisms.iter().flat_map(|own| own.joints.iter().map(|joint| (&own.name, joint)));
+    let with_one = all.filter(|(_, joint)| joint.kind.freedoms() == 1);
+    let joint = |(mechanism, joint): (&String, &harness::MechanismJoint)| MechanismJoint {
+        name: format!("{mechanism}/{}", joint.name),
+        is_length: joint.kind.is_length(0),
+        limits: joint.limits,
+        can_be_driven: joint.follows.is_none(),
+    };
+    with_one.map(joint).collect()
 }
 
 /// An obstacle in its own frame; an unbounded one is cut off.

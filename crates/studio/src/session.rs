@@ -292,6 +292,7 @@ impl Session {
             }
             Request::Release { constraint } => self.release(tab, &constraint),
             Request::Pin { constraint } => self.pin(tab, &constraint),
+            Request::Drive { joint, value } => self.drive(&joint, value),
             Request::Undo => self.undo_last(),
             Request::Redo => self.redo_last(),
             Request::Go { frame } => self.go(frame),

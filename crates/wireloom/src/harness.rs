@@ -16,6 +16,7 @@
 //! ```
 
 pub use wireloom_core::load::{Flow, LineForce, LoadAction};
+pub use wireloom_core::mechanism::{JointKind, Mechanism, MechanismJoint, Mount};
 pub use wireloom_core::network::{
     AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, LoadSite, Network, Place, Site,
     Span,

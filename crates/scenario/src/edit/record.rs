@@ -4,7 +4,7 @@ use super::key_path::{self, NAMES, Part};
 use crate::fault::Fault;
 use crate::format::form::Keys;
 use crate::format::keys;
-use crate::operations::{ADD, CARRY, GRASP, MOVE, StepOperation};
+use crate::operations::{ADD, CARRY, DRIVE, GRASP, MOVE, StepOperation};
 use crate::read::reader;
 use crate::span::Span;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Formatted, InlineTable, Item, Table, Value};
@@ -23,6 +23,19 @@ pub struct Written {
     pub way: Option<Way>,
     /// A motion of an obstacle.
     pub body: Option<BodyMotion>,
+    /// A motion of a joint of a mechanism.
+    pub drive: Option<JointMotion>,
+}
+
+/// The motion of a joint of a mechanism to a value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointMotion {
+    /// The joint, as `MECHANISM/JOINT`.
+    pub joint: String,
+    /// Value at its end, rad or m.
+    pub to: f64,
+    /// Increments.
+    pub increments: usize,
 }
 
 /// The motion of an obstacle to a pose.
@@ -231,8 +244,9 @@ fn document(text: &str) -> Result<DocumentMut, Fault> {
 fn table_of(step: &Written) -> Table {
     let mut table = Table::new();
     table["name"] = toml_edit::value(step.name.as_str());
-    let of_body = step.body.as_ref().map_or(1, |body| body.increments);
-    let increments = step.way.as_ref().map_or(of_body, |way| way.places.len());
+    let of_way = step.way.as_ref().map(|way| way.places.len());
+    let of_body = step.body.as_ref().map(|body| body.increments);
+    let increments = of_way.or(of_body).or(step.drive.as_ref().map(|drive| drive.increments)).unwrap_or(1);
     table["increments"] = toml_edit::value(i64::try_from(increments).unwrap_or(i64::MAX));
     if !step.release.is_empty() {
         table["release"] = toml_edit::value(step.release.iter().map(String::as_str).collect::<Array>());
@@ -253,9 +267,15 @@ fn table_of(step: &Written) -> Table {
         own["orientation"] = toml_edit::value(list(orientation));
         push(&mut table, &MOVE, own);
     }
+    if let Some(JointMotion { joint, to, .. }) = &step.drive {
+        let mut own = Table::new();
+        own["joint"] = toml_edit::value(joint.as_str());
+        own["to"] = toml_edit::value(number(*to));
+        push(&mut table, &DRIVE, own);
+    }
     match &step.way {
         Some(way) => write_way(way, &mut table),
-        None if step.body.is_some() => {}
+        None if step.body.is_some() || step.drive.is_some() => {}
         None if step.release.is_empty() && step.begins.is_empty() => table["wait"] = toml_edit::value(true),
         None => {}
     }

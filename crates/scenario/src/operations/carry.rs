@@ -132,9 +132,10 @@ fn carried(entry: &Entry<'_>, step: &Context<'_, '_>) -> Vec<Carried> {
             let message = format!("{} names \"{name}\" twice", entry.label);
             entry.reader.fault(span.clone(), message, "name each constraint once");
         } else if let Some(constraint) = step.claim(entry, name, span.clone()) {
-            if step.constraints[constraint].mount.is_some() {
+            // Alone it moves against its body; together with others, it is not clear against which.
+            if step.constraints[constraint].mount.is_some() && (given.len() > 1 || entry.has("about")) {
                 let message = format!("{} carries \"{name}\", which is mounted on a body", entry.label);
-                let help = "a mechanism carries it: use `drive`, or `move` it against its body";
+                let help = "a mechanism carries it: use `drive`, or carry it alone, against its body";
                 entry.reader.fault(span.clone(), message, help);
             }
             all.push((name, Carried { constraint, delay: 0.0, fraction: 1.0 }));

@@ -16,7 +16,7 @@ use wireloom_core::steps::{Drive, Operation};
 const SAME: f64 = 1e-6;
 
 /// Joints that are driven.
-pub(super) const DRIVE: StepOperation = StepOperation {
+pub(crate) const DRIVE: StepOperation = StepOperation {
     key: may("drive", Form::Tables(&KEYS), "values of joints of mechanisms, reached along their arcs"),
     begins: |_| Begins::Nothing,
     read,

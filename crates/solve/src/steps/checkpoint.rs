@@ -86,6 +86,8 @@ impl Checkpoint {
             && network.branches.iter().zip(&conditions.rods).all(|(b, own)| own.memory.len() == b.rod.memory().len())
             && (conditions.load_factors.len(), conditions.sliding.len()) == (network.loads.len(), network.slides.len())
             && conditions.temperatures.len() == network.branches.len()
+            && conditions.mechanisms.len() == network.mechanisms.len()
+            && network.mechanisms.iter().zip(&conditions.mechanisms).all(|(own, values)| own.freedoms() == values.len())
     }
 }
 

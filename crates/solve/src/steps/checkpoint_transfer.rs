@@ -33,7 +33,11 @@ pub enum Transferred {
 pub fn transfer(checkpoint: &Checkpoint, from: &Network, to: &Network) -> Option<Transferred> {
     let obstacles = |network: &Network| network.obstacles.iter().map(|o| o.name.clone()).collect::<Vec<_>>();
     let loads = |network: &Network| network.loads.iter().map(|load| load.name.clone()).collect::<Vec<_>>();
-    if obstacles(from) != obstacles(to) || loads(from) != loads(to) || !prolongation::same_graph(from, to) {
+    if obstacles(from) != obstacles(to)
+        || loads(from) != loads(to)
+        || from.mechanisms != to.mechanisms
+        || !prolongation::same_graph(from, to)
+    {
         return None;
     }
     let same_nodes = from.branches.iter().zip(&to.branches).all(|(a, b)| {
@@ -155,6 +159,7 @@ fn conditions(own: &Conditions, from: &Network, to: &Network, state: &State) -> 
     }
     new.load_factors.clone_from(&own.load_factors);
     new.temperatures.clone_from(&own.temperatures);
+    new.mechanisms.clone_from(&own.mechanisms);
     new.contact.clone_from(&own.contact);
     for (f, constraint) in to.constraints.iter().enumerate() {
         let Some(old) = of[f] else {

@@ -1,13 +1,20 @@
-//! Operations between drags: grab, release, pin and clip. Each is a step of one increment.
+//! Operations between drags: grab, release, pin and clip, steps of one increment each; joints of mechanisms.
 
 use super::Session;
 use super::harness::{is_balanced, same_nodes};
 use super::refusal::{Refusal, no_start};
 use super::snapshot::{Snapshot, StepFrames};
+use crate::frame::mechanism_values;
 use crate::protocol::Holding;
+use crate::scene;
 use std::rc::Rc;
 use wireloom::scenario::At;
-use wireloom::scenario::record::{Attachment, Begins, Written};
+use wireloom::scenario::record::{Attachment, Begins, JointMotion, Written};
+use wireloom::session::Ended;
+use wireloom::session::drag::{MAX_MOTION, MAX_ROTATION};
+
+/// Most increments of the motion of a joint; it turns further in each of them then.
+const MOST_INCREMENTS: f64 = 1000.0;
 
 impl Snapshot {
     /// An unused name for a step.
@@ -130,16 +137,42 @@ impl Session {
             self.commit(label, next.restarted(harness));
             return Ok(());
         };
-        let ended = harness.advance(step, &at).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;
-        if !is_balanced(&ended) {
-            let message = format!("no equilibrium found after \"{label}\": {}", ended.end.status.word());
-            return Err(Refusal::new(message, again));
+        let mut all: Vec<Ended> = Vec::new();
+        for _ in 0..step.increments {
+            let from = all.last().map_or(&at, |ended| &ended.checkpoint);
+            let ended = harness.advance(step, from).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;
+            if !is_balanced(&ended) {
+                let message = format!("no equilibrium found after \"{label}\": {}", ended.end.status.word());
+                return Err(Refusal::new(message, again));
+            }
+            all.push(ended);
         }
         next.harness = harness.clone();
         next.steps.push(Rc::new(StepFrames::new(&step.name, true, step.increments)));
         self.commit(label, next);
-        self.show(&ended);
+        all.iter().for_each(|ended| self.show(ended));
         self.now.end();
         Ok(())
+    }
+
+    /// Drives a joint of a mechanism to a value.
+    pub(super) fn drive(&mut self, joint: &str, value: f64) -> Result<(), Refusal> {
+        self.end_drag();
+        let snapshot = self.editable_snapshot()?;
+        let last = snapshot.last.as_ref().ok_or_else(no_start)?;
+        let joints = scene::mechanism_joints(&snapshot.harness.network);
+        let (own, now) =
+            joints.iter().zip(mechanism_values(last)).find(|(own, _)| own.name == joint).ok_or_else(|| {
+                let names: Vec<&str> = joints.iter().map(|own| own.name.as_str()).collect();
+                Refusal::new(format!("there is no joint \"{joint}\""), format!("known: {}", names.join(", ")))
+            })?;
+        if !value.is_finite() {
+            return Err(Refusal::new(format!("{value} is not a value of a joint"), "give a number in rad or m"));
+        }
+        let reach = if own.is_length { MAX_MOTION * snapshot.harness.longest() } else { MAX_ROTATION };
+        let increments = ((value - now).abs() / reach).ceil().clamp(1.0, MOST_INCREMENTS) as usize;
+        let name = snapshot.unused_step_name(&format!("drive {joint}"));
+        let drive = Some(JointMotion { joint: joint.to_owned(), to: value, increments });
+        self.apply_step(snapshot, Written { name, drive, ..Written::default() })
     }
 }

@@ -7,7 +7,7 @@ import { along, valueAt, type Frame } from "./frame";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
 import { nodesOf, Plot, PLOTTED } from "./plots";
-import type { Event, ConstraintFrame, Place, Placed, Scene, Session, Setting, Sheet, SheetLine } from "./protocol";
+import type { Event, ConstraintFrame, MechanismJoint, Place, Placed, Scene, Session, Setting, Sheet, SheetLine } from "./protocol";
 import { isOpen, limitWords, placeWords, verdictWords, worstWords } from "./requirements";
 import type { Store } from "./store";
 import { components, digits, millimetres, moment, newtons, percent, quantity, residual, seconds } from "./units";
@@ -37,6 +37,7 @@ export class Panels {
   private chosen = element("div", {});
   private warnings = element("ul", { class: "long" });
   private constraints = element("div", {});
+  private mechanisms = element("div", {});
   private plots = element("div", {});
   private settings = element("div", {});
   private comparison = element("div", {});
@@ -51,6 +52,10 @@ export class Panels {
   private facts: HTMLElement | null = null;
   /** What can be done to the chosen constraint, as long as it acts. */
   private acts: HTMLElement | null = null;
+  /** Shows the values of the joints of mechanisms in a frame. */
+  private showValues: (values: number[]) => void = () => {};
+  /** The joints of mechanisms that are listed. */
+  private joints = "";
   /** The settings that are listed. */
   private listed = "";
   private rows = new Map<string, HTMLTableRowElement>();
@@ -88,6 +93,7 @@ export class Panels {
       section("chosen", "Chosen", true, false, this.chosen),
       section("warnings", "Warnings and events", true, false, this.warnings),
       section("constraints", "Constraints", true, false, this.constraints),
+      section("mechanisms", "Mechanisms", true, false, this.mechanisms),
       section("plots", "Along the branch", true, false, this.plots),
       section("settings", "Swap", false, true, this.settings),
       section("compare", "Compare", false, false, this.comparison),
@@ -129,7 +135,41 @@ export class Panels {
       body.append(row);
     }
     this.constraints.replaceChildren(scene.constraints.length ? element("div", { class: "long" }, element("table", {}, element("thead", {}, head), body)) : element("p", { class: "quiet" }, "none"));
+    const joints = JSON.stringify([scene.mechanism_joints, scene.live]);
+    if (joints !== this.joints) this.showMechanisms(scene.mechanism_joints, scene.live);
+    this.joints = joints;
     this.showChosen();
+  }
+
+  // Mechanisms
+
+  private showMechanisms(joints: MechanismJoint[], live: boolean): void {
+    this.sections.get("mechanisms")!.hidden = joints.length === 0;
+    const rows = joints.map((joint) => this.joint(joint, live && joint.can_be_driven));
+    this.mechanisms.replaceChildren(...rows.map((row) => row.element));
+    this.showValues = (values) => rows.forEach((row, i) => row.show(values[i]));
+  }
+
+  /** A joint with its value, and a slider if it can be driven. */
+  private joint(joint: MechanismJoint, driven: boolean): { element: HTMLElement; show: (value: number) => void } {
+    const [unit, factor] = joint.is_length ? ["mm", 1000] : ["°", 180 / Math.PI];
+    const words = element("output", {});
+    const slider = element("input", { type: "range", step: "any", disabled: !driven, "aria-label": `${joint.name}, ${joint.is_length ? "mm" : "degrees"}` });
+    const range = joint.limits?.map((limit) => limit * factor) ?? (joint.is_length ? [-100, 100] : [-180, 180]);
+    [slider.min, slider.max] = range.map(String);
+    const write = (value: number) => {
+      words.textContent = `${digits(value, 4)} ${unit}`;
+      slider.setAttribute("aria-valuetext", words.textContent);
+    };
+    slider.addEventListener("input", () => write(slider.valueAsNumber));
+    slider.addEventListener("change", () => this.link.send({ do: "drive", joint: joint.name, value: slider.valueAsNumber / factor }));
+    const show = (value: number) => {
+      // Not under a hand that pulls it.
+      if (slider.matches(":active")) return;
+      slider.value = String(value * factor);
+      write(value * factor);
+    };
+    return { element: element("label", { class: "setting" }, element("span", {}, joint.name), element("span", { class: "field" }, slider, words)), show };
   }
 
   // The state
@@ -211,6 +251,7 @@ export class Panels {
     if (!scene || !shown) return;
     this.showState(shown, this.store.session);
     this.showFacts(scene, shown);
+    this.showValues(shown.header.mechanism_values);
     if (this.sections.get("constraints")!.open) this.showForces(shown);
     if (this.sections.get("plots")!.open) this.showPlots();
   }
@@ -420,6 +461,7 @@ export class Panels {
 
   /** The server did not take a value: the fields show again what holds. */
   refused(): void {
+    if (this.store.shown) this.showValues(this.store.shown.header.mechanism_values);
     if (this.store.scene) this.showSettings(this.store.scene.settings);
   }
 

@@ -39,7 +39,15 @@ constraint: string, } | { "do": "pin",
 /**
  * Name of the constraint.
  */
-constraint: string, } | { "do": "undo" } | { "do": "redo" } | { "do": "go", 
+constraint: string, } | { "do": "drive", 
+/**
+ * Name of the joint in the scene.
+ */
+joint: string, 
+/**
+ * Its value, rad or m.
+ */
+value: number, } | { "do": "undo" } | { "do": "redo" } | { "do": "go", 
 /**
  * Number of the frame.
  */
@@ -163,6 +171,24 @@ maximum: number | null, } | { "is": "count",
  */
 minimum: number, } | { "is": "flag" };
 
+export type MechanismJoint = { 
+/**
+ * Its name: `MECHANISM/JOINT`.
+ */
+name: string, 
+/**
+ * Whether its value is a length (m) and not an angle (rad).
+ */
+is_length: boolean, 
+/**
+ * Its smallest and largest value.
+ */
+limits: [number, number] | null, 
+/**
+ * Whether it can be driven: it follows no other joint.
+ */
+can_be_driven: boolean, };
+
 export type Setting = { 
 /**
  * Key, for `set`.
@@ -226,6 +252,10 @@ constraints: Array<Constraint>,
  * Obstacles, in the order of the frames.
  */
 obstacles: Array<Obstacle>, 
+/**
+ * Joints of mechanisms with one freedom, in the order of the frames.
+ */
+mechanism_joints: Array<MechanismJoint>, 
 /**
  * Settings, in display order.
  */
@@ -636,6 +666,10 @@ constraints: Array<ConstraintFrame>,
  * Obstacles, in the order of the scene.
  */
 obstacles: Array<ObstacleFrame>, 
+/**
+ * Values of the joints of mechanisms, in the order of the scene, rad or m.
+ */
+mechanism_values: Array<number>, 
 /**
  * The bend nearest to its limit, or of smallest radius.
  */

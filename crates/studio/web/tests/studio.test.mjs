@@ -487,3 +487,27 @@ test("a scenario that gives an accuracy is shown on the mesh of its run, and the
   await page.close();
   assert.equal(await stop(), 0);
 });
+
+test("a slider opens a door, and what is mounted on it goes along", { skip: absent }, async () => {
+  const { address, stop } = await studio(scenario("mechanisms/door.toml"));
+  const { page, found } = await opened(address);
+  const slider = page.getByRole("slider", { name: "front door/hinge, degrees" });
+  // Its steps have opened the door and shut it again.
+  assert.equal(await slider.inputValue(), "0");
+  assert.deepEqual(await slider.evaluate((input) => [input.min, input.max]), ["0", "75"]);
+  await slider.evaluate((input) => {
+    input.value = "60";
+    input.dispatchEvent(new Event("change"));
+  });
+  await page.waitForFunction(() => window.wireloom.store.shown?.header.step === "drive front door/hinge", null, { timeout: 30_000 });
+  await quiet(page);
+  const [x, y] = await position(page, "door plug");
+  const angle = Math.PI / 3;
+  assert.ok(Math.abs(x - (0.1 + 0.2 * Math.cos(angle) + 0.02 * Math.sin(angle))) < 1e-9 && Math.abs(y - (0.2 * Math.sin(angle) - 0.02 * Math.cos(angle))) < 1e-9, `${x}, ${y}`);
+  assert.equal(await page.locator("output", { hasText: "60" }).count(), 1);
+  await settled(page);
+  await page.screenshot({ path: `${shots}door.png` });
+  assert.deepEqual(found, []);
+  await page.close();
+  await stop();
+});
