@@ -85,25 +85,33 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
                 continue;
             }
         }
-        for i in start..stop {
-            let row = rows[i];
-            let w = below[i] * inverse;
-            // The blocks before this one already contain the inverse: A_ij −= (B_i P⁻¹) B_jᵀ = B_i W_jᵀ.
-            for (j, &column) in (start..i).zip(&rows[start..i]) {
-                let update = below[i] * below[j].transpose();
-                if column < end {
-                    below[pattern.slot(row, column) - first_block] -= update;
-                } else {
-                    updates[Part::update_of(beyond, row, column)] -= update;
+        // A_ik −= B_i P⁻¹ B_kᵀ = B_i W_kᵀ for all pairs of rows i ≥ k of the column. The rows from k on are also rows of
+        // column k of the factor, in the same order.
+        for k in start..stop {
+            let (column, w) = (rows[k], below[k] * inverse);
+            let (on_diagonal, transposed) = (w * below[k].transpose(), w.transpose());
+            if column < end {
+                diagonal[column as usize - first] -= on_diagonal;
+                let mut slot = pattern.starts[column as usize] as usize - first_block;
+                for i in k + 1..stop {
+                    while rows[slot] != rows[i] {
+                        slot += 1;
+                    }
+                    let update = below[i] * transposed;
+                    below[slot] -= update;
+                }
+            } else {
+                let later = beyond.binary_search(&column).expect("a row beyond");
+                updates[Part::place(later, later)] -= on_diagonal;
+                let mut place = later;
+                for i in k + 1..stop {
+                    while beyond[place] != rows[i] {
+                        place += 1;
+                    }
+                    updates[Part::place(place, later)] -= below[i] * transposed;
                 }
             }
-            let update = w * below[i].transpose();
-            if row < end {
-                diagonal[row as usize - first] -= update;
-            } else {
-                updates[Part::update_of(beyond, row, row)] -= update;
-            }
-            below[i] = w;
+            below[k] = w;
         }
     }
     negative

@@ -9,13 +9,13 @@
 
 use super::continuous::{self, meeting};
 use super::evaluate::inequality;
-use super::pairs::{Pair, nearest_on};
+use super::pairs::{Cables, Pair, nearest_on};
 use super::term::{APPROACHING, Contact, ContactTerm, DEPTH, Touched, Turning};
 use crate::conditions::{ContactPoint, ContactRecord, Overlap, Partner, System};
-use crate::network::{APART, BranchEnd, next_id};
+use crate::network::{APART, Branch, BranchEnd, next_id};
 use crate::rotation::orthogonal;
 use crate::variable::Variable;
-use crate::{Matrix, State, Vector};
+use crate::{Matrix, Network, State, Vector};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 
@@ -58,67 +58,66 @@ impl ContactTerm {
         least
     }
 
-    /// Searches for near pairs if a contact point has moved too far since the last search.
+    /// Searches for near pairs if a node has moved too far since the last search.
     pub(super) fn search_pairs(&mut self, system: System<'_>, state: &State) {
         if !system.network.contact.cables {
             return;
         }
         let network = system.network;
-        let margin = MARGIN * self.cables.largest_radius;
-        let points = || self.points.iter().map(|point| point.position(network, state));
-        let searched = &self.cables.searched;
-        if searched.len() == self.points.len() {
-            let moves = points().zip(searched).map(|(x, was)| x - was);
-            largest_moves(&self.points, moves, &mut self.cables.moved);
-            if self.cables.moved.iter().all(|moved| *moved <= 0.5 * margin) {
+        let cables = &mut self.cables;
+        let margin = MARGIN * cables.largest_radius;
+        cables.nodes.clear();
+        cables.nodes.extend(state.points.iter().zip(&state.compensation).map(|(x, low)| x + low));
+        let Cables { nodes, searched, moved, .. } = cables;
+        if searched.len() == nodes.len() {
+            largest_moves(network, |i| nodes[i] - searched[i], moved);
+            if moved.iter().all(|moved| *moved <= 0.5 * margin) {
                 return;
             }
         }
-        let points: Vec<Vector> = points().collect();
         let first_search = searched.is_empty();
+        searched.clone_from(nodes);
         let cables = &self.cables;
         // Spatial hash of the midpoints of segments: near ones are in the same or a neighbouring cell.
         let cell = 0.5 * cables.longest_segment * 1.5 + 2.0 * cables.largest_radius + margin;
         let key = |x: &Vector| x.map(|x| (x / cell).floor() as i64);
-        let mut cells: FxHashMap<[i64; 3], Vec<(u32, u32)>> = FxHashMap::default();
-        for (b, branch) in network.branches.iter().enumerate() {
-            for j in 0..branch.rod.mesh().segments() {
-                let middle =
-                    (Self::node(system.network, state, b, j) + Self::node(system.network, state, b, j + 1)) * 0.5;
-                cells.entry(key(&middle).into()).or_default().push((b as u32, j as u32));
-            }
+        let segments = segments(network, &cables.nodes);
+        let mut cells: FxHashMap<[i64; 3], Vec<&Segment>> = FxHashMap::default();
+        for segment in &segments {
+            cells.entry(key(&segment.middle).into()).or_default().push(segment);
         }
         let arcs: Vec<Vec<f64>> = (0..network.branches.len()).map(|b| state.arc_lengths(network, b)).collect();
         let mut pairs: Vec<Pair> = Vec::new();
         let mut found: Vec<(u32, u32, f64)> = Vec::new();
-        for (index, (point, x)) in self.points.iter().zip(&points).enumerate() {
+        // Segments around a cell: those of the last contact point are mostly those of the next one, too.
+        let (mut around, mut inside) = (None, Vec::new());
+        for (index, point) in self.points.iter().enumerate() {
+            let x = point.position(network, state);
             let radius = 0.5 * network.branches[point.branch].section.diameter;
             let s = arcs[point.branch][point.segment];
             let s = s + (arcs[point.branch][point.segment + 1] - s) * point.fraction;
-            found.clear();
-            let center = key(x);
-            for i in -1..=1 {
-                for j in -1..=1 {
-                    for k in -1..=1 {
-                        let Some(inside) = cells.get(&[center.x + i, center.y + j, center.z + k]) else { continue };
-                        found.extend(inside.iter().filter_map(|&(of, segment)| {
-                            let (b, j) = (of as usize, segment as usize);
-                            let both = radius + 0.5 * network.branches[b].section.diameter;
-                            let (_, place) = nearest_on(
-                                x,
-                                &Self::node(system.network, state, b, j),
-                                &Self::node(system.network, state, b, j + 1),
-                            );
-                            let middle = 0.5 * (arcs[b][j] + arcs[b][j + 1]);
-                            let apart = APART * both + 0.5 * (arcs[b][j + 1] - arcs[b][j]);
-                            let distance = (x - place).norm();
-                            let counts =
-                                distance < both + margin && self.along(system, (point.branch, s), (b, middle)) > apart;
-                            counts.then_some((of, segment, distance))
-                        }));
-                    }
+            let center = key(&x);
+            if around.replace(center) != Some(center) {
+                inside.clear();
+                for (i, j, k) in neighbours() {
+                    inside.extend(cells.get(&[center.x + i, center.y + j, center.z + k]).into_iter().flatten());
                 }
             }
+            found.clear();
+            found.extend(inside.iter().filter_map(|&&Segment { branch: b, index: j, middle, half }| {
+                let both = radius + 0.5 * network.branches[b].section.diameter;
+                let reach = both + margin;
+                if (x - middle).norm_squared() > SURELY * (reach + half) * (reach + half) {
+                    return None;
+                }
+                let start = network.branches[b].points.start + j;
+                let (_, place) = nearest_on(&x, &cables.nodes[start], &cables.nodes[start + 1]);
+                let middle = 0.5 * (arcs[b][j] + arcs[b][j + 1]);
+                let apart = APART * both + 0.5 * (arcs[b][j + 1] - arcs[b][j]);
+                let distance = (x - place).norm();
+                let counts = distance < reach && self.along(system, (point.branch, s), (b, middle)) > apart;
+                counts.then_some((b as u32, j as u32, distance))
+            }));
             found.sort_unstable_by_key(|&(branch, segment, _)| (branch, segment));
             for &(branch, segment, distance) in &found {
                 let point = index as u32;
@@ -129,14 +128,14 @@ impl ContactTerm {
                     }
                     _ => {
                         let both = radius + 0.5 * network.branches[branch as usize].section.diameter;
-                        pairs.push(Pair { point, branch, segments: (segment, segment), nearest: distance, both });
+                        let own = self.points[index].branch as u32;
+                        pairs.push(Pair { point, own, branch, segments: (segment, segment), nearest: distance, both });
                     }
                 }
             }
         }
-        let cables = &mut self.cables;
-        (cables.pairs, cables.searched) = (pairs, points);
-        cables.moved.fill(0.0);
+        self.cables.pairs = pairs;
+        self.cables.moved.fill(0.0);
         let pattern = self.coupled(system, state);
         let known = &self.cables.pattern;
         // The matrix keeps its pattern unless there is a new pair; after the first search the pattern depends on the
@@ -154,7 +153,7 @@ impl ContactTerm {
         state: &State,
         contacts: impl IntoIterator<Item = &'c Contact>,
     ) {
-        let known = &self.cables.pattern;
+        let known = &self.cables.coupled;
         let pair = |contact: &Contact| match contact.partner {
             Partner::Cable { branch, segment } => {
                 let point = &self.points[contact.point as usize];
@@ -166,7 +165,7 @@ impl ContactTerm {
         if missing.peek().is_some() {
             let mut pattern: BTreeSet<_> = missing.collect();
             pattern.extend(self.coupled(system, state));
-            pattern.extend(known);
+            pattern.extend(&self.cables.pattern);
             self.couple(system, pattern);
         }
     }
@@ -178,7 +177,7 @@ impl ContactTerm {
             let point = &self.points[pair.point as usize];
             let branch = pair.branch as usize;
             let reach = COUPLED * pair.both;
-            if self.cables.nearest(point.branch, pair) > reach {
+            if self.cables.nearest(pair) > reach {
                 continue;
             }
             let x = point.position(system.network, state);
@@ -215,6 +214,7 @@ impl ContactTerm {
         };
         let cables = &mut self.cables;
         cables.cliques = pattern.iter().map(|pair| pair.iter().flat_map(variables).collect()).collect();
+        cables.coupled = pattern.iter().copied().collect();
         cables.pattern = pattern;
         cables.version = 1 + next_id();
     }
@@ -275,24 +275,36 @@ impl ContactTerm {
         // Largest gap at which a multiplier still acts.
         let pull = |record: &ContactRecord| record.multiplier / self.penalty(record);
         let pull = system.conditions.contact.records.iter().map(pull).fold(0.0, f64::max);
+        // Records of this and the following pairs, which are in the order of their contact points.
+        let mut records = &system.conditions.contact.records[..];
         for pair in &cables.pairs {
-            let point = &self.points[pair.point as usize];
-            if cables.nearest(point.branch, pair) > (1.0 + APPROACHING) * pair.both + pull {
+            let reach = (1.0 + APPROACHING) * pair.both;
+            if cables.nearest(pair) > reach + pull {
                 continue;
             }
+            let point = &self.points[pair.point as usize];
             let x = point.position(system.network, state);
             let first = self.penalties[point.branch];
-            let records = system.conditions.contact.records_of(pair.point);
-            let least = self.overlap_distance(system, pair.point, pair.branch, pair.both);
+            while let [record, later @ ..] = records
+                && record.point < pair.point
+            {
+                records = later;
+            }
+            let start = system.network.branches[pair.branch as usize].points.start;
             for segment in pair.segments.0..=pair.segments.1 {
                 let partner = Partner::Cable { branch: pair.branch, segment };
-                let record = records.iter().find(|record| record.partner == partner);
+                let own = records.iter().take_while(|record| record.point == pair.point);
+                let record = own.into_iter().find(|record| record.partner == partner);
+                let (b, j) = (pair.branch as usize, segment as usize);
+                let (from, to) = (cables.nodes[start + j], cables.nodes[start + j + 1]);
+                let (fraction, place) = nearest_on(&x, &from, &to);
+                if record.is_none() && (x - place).norm_squared() > SURELY * reach * reach {
+                    continue;
+                }
                 let rho = first * record.map_or(1.0, |record| record.penalty);
                 let lambda = record.map_or(0.0, |record| record.multiplier);
-                let (b, j) = (pair.branch as usize, segment as usize);
-                let (from, to) = (Self::node(system.network, state, b, j), Self::node(system.network, state, b, j + 1));
-                let (fraction, place) = nearest_on(&x, &from, &to);
                 let distance = (x - place).norm();
+                let least = self.overlap_distance(system, pair.point, pair.branch, pair.both);
                 let held = self.distance_beside_held(system, state, pair.point, (b, j), pair.both);
                 let radius = held.map_or(least, |held| held.min(least));
                 let gap = distance - radius;
@@ -313,7 +325,7 @@ impl ContactTerm {
                 let contact = Contact {
                     point: pair.point,
                     partner,
-                    other: Some(Touched { first: system.network.branches[b].points.start + j, fraction, turning }),
+                    other: Some(Touched { first: start + j, fraction, turning }),
                     position: x,
                     gap,
                     radius,
@@ -417,17 +429,16 @@ impl ContactTerm {
         let moved = |i: usize| (to.points[i] - from.points[i]) + (to.compensation[i] - from.compensation[i]);
         let network = system.network;
         let mut motions = std::mem::take(&mut self.cables.motions);
-        let moves = self.points.iter().map(|point| point.position(network, to) - point.position(network, from));
-        largest_moves(&self.points, moves, &mut motions);
+        largest_moves(network, moved, &mut motions);
         let farthest = motions.iter().copied().fold(0.0, f64::max);
         let mut free = 1.0_f64;
         for pair in &self.cables.pairs {
-            let point = &self.points[pair.point as usize];
-            let nearest = self.cables.nearest(point.branch, pair);
-            let both = motions[point.branch] + motions[pair.branch as usize];
-            if both < (SAFE * nearest).min(nearest - self.spacings[point.branch]) {
+            let nearest = self.cables.nearest(pair);
+            let both = motions[pair.own as usize] + motions[pair.branch as usize];
+            if both < (SAFE * nearest).min(nearest - self.spacings[pair.own as usize]) {
                 continue;
             }
+            let point = &self.points[pair.point as usize];
             let (a, b) = (point.position(network, from), point.position(network, to));
             let own = b - a;
             let distance = self.distance(system, from, pair, &a);
@@ -449,12 +460,12 @@ impl ContactTerm {
                 free = free.min(SAFE * distance / motion);
             }
         }
-        self.cables.motions = motions;
         // Pairs that are not cached are farther apart than this; larger motions are checked separately.
         let covered = 0.5 * MARGIN * self.cables.largest_radius;
         if farthest > covered {
-            free = free.min(self.fraction_of_swept(system, from, to, farthest));
+            free = free.min(self.fraction_of_swept(system, from, to, &motions));
         }
+        self.cables.motions = motions;
         free
     }
 
@@ -479,53 +490,56 @@ impl ContactTerm {
         meets.fold(1.0, |free, at| free.min(continuous::SAFE * at))
     }
 
-    /// The same for a large motion of at most `farthest` (m): checks all segments whose swept volumes are near each
-    /// other.
-    fn fraction_of_swept(&self, system: System<'_>, from: &State, to: &State, farthest: f64) -> f64 {
+    /// The same for large motions, at most `motions` (m) by branch: checks all segments that are not farther apart than
+    /// they move.
+    fn fraction_of_swept(&self, system: System<'_>, from: &State, to: &State, motions: &[f64]) -> f64 {
         let network = system.network;
-        let cables = &self.cables;
-        let middle = |state: &State, b: usize, j: usize| {
-            (Self::node(system.network, state, b, j) + Self::node(system.network, state, b, j + 1)) * 0.5
+        let nodes = &self.cables.nodes;
+        let segments = segments(network, nodes);
+        let count = |b: usize| network.branches[b].rod.mesh().segments();
+        let starts = (0..network.branches.len()).scan(0, |start, b| Some(std::mem::replace(start, *start + count(b))));
+        let starts: Vec<usize> = starts.collect();
+        let boxes: Vec<[Vector; 2]> = network.branches.iter().map(|b| bounds(&nodes[b.points.clone()])).collect();
+        // Farthest that a contact point and a branch may be apart to meet.
+        let reach = |own: f64, b: usize| (own + motions[b]) / SAFE;
+        let near = |(own, motion): (&[Vector; 2], &f64)| -> Vec<usize> {
+            let is_near = |&b: &usize| gap_squared(own, &boxes[b]) <= SURELY * reach(*motion, b).powi(2);
+            (0..boxes.len()).filter(is_near).collect()
         };
-        let reach = 0.75 * cables.longest_segment + 2.0 * farthest;
-        let cell = 2.0 * reach;
-        let key = |x: &Vector| x.map(|x| (x / cell).floor() as i64);
-        let mut cells: FxHashMap<[i64; 3], Vec<(usize, usize)>> = FxHashMap::default();
-        for (b, branch) in network.branches.iter().enumerate() {
-            for j in 0..branch.rod.mesh().segments() {
-                cells.entry(key(&middle(from, b, j)).into()).or_default().push((b, j));
-            }
-        }
+        let near: Vec<Vec<usize>> = boxes.iter().zip(motions).map(near).collect();
         let mut free = 1.0_f64;
         for (index, point) in self.points.iter().enumerate() {
             let (x, end) = (point.position(network, from), point.position(network, to));
-            let center = key(&x);
-            let lengths = &network.branches[point.branch].rod.mesh().rest_lengths;
-            let s = lengths[..point.segment].iter().sum::<f64>() + lengths[point.segment] * point.fraction;
-            for i in -1..=1 {
-                for j in -1..=1 {
-                    for k in -1..=1 {
-                        for &(b, j) in cells.get(&[center.x + i, center.y + j, center.z + k]).into_iter().flatten() {
-                            let (p, q) =
-                                (Self::node(system.network, from, b, j), Self::node(system.network, from, b, j + 1));
-                            let distance = (x - nearest_on(&x, &p, &q).1).norm();
-                            let own = end - x;
-                            let motion = (Self::node(system.network, to, b, j) - p - own)
-                                .norm()
-                                .max((Self::node(system.network, to, b, j + 1) - q - own).norm());
-                            if motion < SAFE * distance {
-                                continue;
-                            }
-                            let diameters = [point.branch, b].map(|b| network.branches[b].section.diameter);
-                            let both = 0.5 * (diameters[0] + diameters[1]);
-                            let lengths = &network.branches[b].rod.mesh().rest_lengths;
-                            let middle = lengths[..j].iter().sum::<f64>() + 0.5 * lengths[j];
-                            if self.along(system, (point.branch, s), (b, middle)) > APART * both + 0.5 * lengths[j]
-                                && !self.may_coincide(system, from, index as u32, (b as u32, j as u32), both)
-                            {
-                                free = free.min((SAFE * distance / motion).max(LEAST));
-                            }
-                        }
+            let own = end - x;
+            let own_motion = own.norm();
+            for &b in &near[point.branch] {
+                let reach = reach(own_motion, b);
+                if gap_squared(&[x, x], &boxes[b]) > SURELY * reach * reach {
+                    continue;
+                }
+                for &Segment { index: j, middle, half, .. } in &segments[starts[b]..starts[b] + count(b)] {
+                    if (x - middle).norm_squared() > SURELY * (reach + half) * (reach + half) {
+                        continue;
+                    }
+                    let first = network.branches[b].points.start + j;
+                    let (p, q) = (nodes[first], nodes[first + 1]);
+                    let distance = (x - nearest_on(&x, &p, &q).1).norm();
+                    let motion = (Self::node(network, to, b, j) - p - own)
+                        .norm()
+                        .max((Self::node(network, to, b, j + 1) - q - own).norm());
+                    if motion < SAFE * distance {
+                        continue;
+                    }
+                    let diameters = [point.branch, b].map(|b| network.branches[b].section.diameter);
+                    let both = 0.5 * (diameters[0] + diameters[1]);
+                    let lengths = &network.branches[point.branch].rod.mesh().rest_lengths;
+                    let s = lengths[..point.segment].iter().sum::<f64>() + lengths[point.segment] * point.fraction;
+                    let lengths = &network.branches[b].rod.mesh().rest_lengths;
+                    let middle = lengths[..j].iter().sum::<f64>() + 0.5 * lengths[j];
+                    if self.along(system, (point.branch, s), (b, middle)) > APART * both + 0.5 * lengths[j]
+                        && !self.may_coincide(system, from, index as u32, (b as u32, j as u32), both)
+                    {
+                        free = free.min((SAFE * distance / motion).max(LEAST));
                     }
                 }
             }
@@ -534,16 +548,55 @@ impl ContactTerm {
     }
 }
 
-/// Largest length of the moves of each branch's contact points, m; `moves` are those of `points`.
-fn largest_moves(points: &[ContactPoint], moves: impl Iterator<Item = Vector>, largest: &mut [f64]) {
-    largest.fill(0.0);
-    for (point, motion) in points.iter().zip(moves) {
-        let own = &mut largest[point.branch];
-        *own = own.max(motion.norm_squared());
-    }
-    largest.iter_mut().for_each(|largest| *largest = largest.sqrt());
+/// A segment of a branch, for searches.
+struct Segment {
+    branch: usize,
+    index: usize,
+    middle: Vector,
+    /// Half of its length, m.
+    half: f64,
 }
 
+/// All segments, branch by branch, for these positions of the points.
+fn segments(network: &Network, nodes: &[Vector]) -> Vec<Segment> {
+    let of_branch = |(branch, b): (usize, &Branch)| {
+        let segment = move |(index, [p, q]): (usize, &[Vector; 2])| Segment {
+            branch,
+            index,
+            middle: (p + q) * 0.5,
+            half: 0.5 * (q - p).norm(),
+        };
+        nodes[b.points.clone()].array_windows().enumerate().map(segment).collect::<Vec<_>>()
+    };
+    network.branches.iter().enumerate().flat_map(of_branch).collect()
+}
+
+/// Offsets of a cell's neighbours in a grid, and of itself.
+fn neighbours() -> impl Iterator<Item = (i64, i64, i64)> {
+    (0..27).map(|n| (n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1))
+}
+
+/// Least and largest coordinates.
+fn bounds(points: &[Vector]) -> [Vector; 2] {
+    let least = Vector::repeat(f64::INFINITY);
+    points.iter().fold([least, -least], |[low, high], x| [low.inf(x), high.sup(x)])
+}
+
+/// Squared distance of two boxes, m².
+fn gap_squared(a: &[Vector; 2], b: &[Vector; 2]) -> f64 {
+    (a[0] - b[1]).sup(&(b[0] - a[1])).map(|gap| gap.max(0.0)).norm_squared()
+}
+
+/// Largest displacement of the nodes of each branch, m, from that of each point. No contact point of the branch moves
+/// farther, as it lies on a straight line between two of them.
+fn largest_moves(network: &Network, displacement: impl Fn(usize) -> Vector, largest: &mut [f64]) {
+    for (branch, largest) in network.branches.iter().zip(largest) {
+        *largest = branch.points.clone().map(|i| displacement(i).norm_squared()).fold(0.0, f64::max).sqrt();
+    }
+}
+
+/// Above 1 by more than the round-off of squared distances.
+const SURELY: f64 = 1.0 + 1e-9;
 /// Below 1 by more than the round-off of distances.
 const NEARLY: f64 = 1.0 - 1e-9;
 /// Fraction of the distance between two centre lines that one step may cover.

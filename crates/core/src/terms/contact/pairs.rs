@@ -3,11 +3,15 @@
 use crate::network::APART;
 use crate::variable::Variable;
 use crate::{Network, Vector};
+use rustc_hash::FxHashSet;
 use std::collections::BTreeSet;
 
 /// A contact point and consecutive segments near it.
 pub(super) struct Pair {
     pub(super) point: u32,
+    /// Branch of the contact point.
+    pub(super) own: u32,
+    /// Branch of the segments.
     pub(super) branch: u32,
     /// First and last segment.
     pub(super) segments: (u32, u32),
@@ -24,9 +28,11 @@ pub(crate) struct Cables {
     pub(super) between: Vec<Vec<(usize, f64)>>,
     pub(super) largest_radius: f64,
     pub(super) longest_segment: f64,
-    /// Positions of the contact points at the last search; empty: no search yet.
+    /// Positions of all points at the last search; empty: no search yet.
     pub(super) searched: Vec<Vector>,
-    /// Largest displacement of a contact point of each branch since then, m: no distance between two branches has
+    /// Positions of all points at the last evaluated state, m.
+    pub(super) nodes: Vec<Vector>,
+    /// Largest displacement of a node of each branch since the last search, m: no distance between two branches has
     /// decreased by more than the sum of theirs.
     pub(super) moved: Vec<f64>,
     /// Workspace: the same of one motion, m.
@@ -36,6 +42,8 @@ pub(crate) struct Cables {
     pub(super) held: Vec<HeldOverlap>,
     /// Pairs of segments (branch, segment) that second derivatives may couple.
     pub(super) pattern: BTreeSet<[(usize, usize); 2]>,
+    /// The same, for look-ups.
+    pub(super) coupled: FxHashSet<[(usize, usize); 2]>,
     /// Their variables.
     pub(super) cliques: Vec<Vec<Variable>>,
     /// Version of the pattern: 0 if it is empty, otherwise unique in the process.
@@ -53,9 +61,9 @@ impl Cables {
         Self { between, largest_radius, longest_segment, motions: moved.clone(), moved, ..Self::default() }
     }
 
-    /// Lower bound of the distance of a pair, whose contact point is on branch `own`, m.
-    pub(super) fn nearest(&self, own: usize, pair: &Pair) -> f64 {
-        pair.nearest - self.moved[own] - self.moved[pair.branch as usize]
+    /// Lower bound of the distance of a pair, m.
+    pub(super) fn nearest(&self, pair: &Pair) -> f64 {
+        pair.nearest - self.moved[pair.own as usize] - self.moved[pair.branch as usize]
     }
 
     /// Radius of the thickest branch, m.
