@@ -117,7 +117,7 @@ fn a_strut_between_a_body_and_the_ground_follows_and_a_free_turn_of_it_is_refuse
             ],
         )
     };
-    let open = strut(JointKind::Spherical).way(&vec![0.0; 8], &[to(0, 0.5)]);
+    let open = strut(JointKind::Spherical).way(&[0.0; 8], &[to(0, 0.5)]);
     assert!(matches!(open, Err(WayFault::Open { missing: 1, .. })), "{open:?}");
     let firm = strut(JointKind::Universal([Vector::x_axis(), Vector::y_axis()]));
     let way = firm.way(&[0.0; 7], &[to(0, 0.5)]).unwrap();

@@ -91,6 +91,9 @@ struct Table<'t> {
     faults: usize,
 }
 
+/// A line of a table: its number, time or fraction of the step, and the values of all columns.
+type Row = (u64, f64, Vec<Option<f64>>);
+
 /// Position of a column, and the factor of its numbers.
 type Column = Option<(usize, f64)>;
 
@@ -138,7 +141,7 @@ impl Table<'_> {
 
     /// Rows of the table: line, fraction of the step, and the values of all columns. The first `needed` columns must be
     /// given; the others together or not at all.
-    fn rows(&mut self, needed: usize) -> Option<Vec<(u64, f64, Vec<Option<f64>>)>> {
+    fn rows(&mut self, needed: usize) -> Option<Vec<Row>> {
         let mut lines = ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
@@ -153,7 +156,7 @@ impl Table<'_> {
             return None;
         };
         let columns = self.header(&header, needed)?;
-        let mut rows: Vec<(u64, f64, Vec<Option<f64>>)> = Vec::new();
+        let mut rows: Vec<Row> = Vec::new();
         for record in records {
             let line = self.line_of(&record);
             if record.len() != header.len() {
