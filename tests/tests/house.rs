@@ -41,7 +41,6 @@ const FOR_TESTS: &[&str] = &["core", "testkit", "models", "shapes", "scenario"];
 const ONE_NAMES: &[(&str, &str)] = &[
     ("toml", "scenario"),
     ("toml_edit", "scenario"),
-    ("roxmltree", "import"),
     ("parry*", "shapes"),
     ("wgpu*", "gpu"),
     ("libloading", "host"),

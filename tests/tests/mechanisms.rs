@@ -117,7 +117,8 @@ fn what_begins_on_an_open_door_is_where_it_is_drawn_when_the_door_shuts() {
     let installed = |plug: [f64; 3], clip: [f64; 3], along: [f64; 3], mount: &str| {
         format!(
             "[[steps]]\nname = \"install\"\nincrements = 6\n[[steps.mate]]\nname = \"door plug\"\n\
-             at = {{ end = \"lock\" }}\nposition = {plug:?}\ntangent = {along:?}\nup = [0, 0, -1]\ninsertion_force = 5\n{mount}\
+             at = {{ end = \"lock\" }}\nposition = {plug:?}\ntangent = {along:?}\nup = [0, 0, -1]\n\
+             insertion_force = 5\n{mount}\
              [[steps]]\nname = \"clip\"\nincrements = 4\n[[steps.clip]]\nname = \"clip\"\n\
              at = {{ branch = \"loop\" }}\nposition = {clip:?}\ntangent = {along:?}\n{mount}"
         )
@@ -175,7 +176,8 @@ fn a_mounted_handle_moves_against_its_body_while_the_body_turns() {
 /// A hand in the world and a plug on the door hold the same end: the door would tear it off.
 #[test]
 fn a_hand_that_holds_what_the_door_carries_away_is_refused() {
-    let hand = "[[constraints]]\nname = \"hand\"\nkind = \"handle\"\nat = { end = \"lock\" }\nposition = [0.35, -0.05, 0.02]\n";
+    let hand = "[[constraints]]\nname = \"hand\"\nkind = \"handle\"\n\
+                at = { end = \"lock\" }\nposition = [0.35, -0.05, 0.02]\n";
     let stands = door(&(door_plug() + hand));
     converged(&stands);
     let text = stands + &drive("open", 4, "to = 1.2");

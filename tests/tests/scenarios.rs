@@ -1,7 +1,8 @@
 //! The scenarios of this repository: all converge, and those with a closed form agree with it, with any minimiser and
 //! with the rod `kirchhoff`, too.
 //!
-//! Beside `scenarios/analytic/NAME.toml` (and those of `assembly` and `mechanisms`) stands `NAME.expected.toml`, a list of `[[check]]`:
+//! Beside `scenarios/analytic/NAME.toml` (and those of `assembly` and `mechanisms`) stands `NAME.expected.toml`, a
+//! list of `[[check]]`:
 //! `step` names the step (its last increment counts), `why` says what is expected, `tolerance` is the largest distance
 //! from `value` (default 0).
 //!

@@ -1,11 +1,11 @@
 //! The state that the operations of a step read and change.
 
-use super::drive::DrivenJoint;
 use crate::read::entry::Entry;
 use crate::read::names::{Names, lookup};
 use crate::scenario::Constraint;
 use crate::span::Span;
 use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::mechanism::closure::Driven;
 use wireloom_core::steps::{Move, ObstacleMove};
 
 /// The constraints that act, from step to step.
@@ -15,6 +15,16 @@ pub(crate) struct Acting {
     pub released: BTreeMap<usize, usize>,
     /// Connectors that are in their seats.
     pub mated: BTreeSet<usize>,
+}
+
+/// A joint of a mechanism that is driven.
+pub(crate) struct DrivenJoint {
+    pub mechanism: usize,
+    pub driven: Vec<Driven>,
+    /// Place of its values.
+    pub span: Span,
+    /// Number of values with a result of their own; 0 for the last alone.
+    pub stops: usize,
 }
 
 /// A step while it is read. A constraint or an obstacle takes part in one motion at most.

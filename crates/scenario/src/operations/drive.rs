@@ -1,13 +1,12 @@
 //! `drive`: joints of mechanisms, which carry everything that is mounted on their bodies.
 
-use super::context::Context;
+use super::context::{Context, DrivenJoint};
 use super::{Begins, StepOperation};
 use crate::format::form::{Form, Keys, may, must};
 use crate::format::limits::ANY;
 use crate::read::entry::Entry;
 use crate::read::mechanisms::{quantity, values};
 use crate::read::poses;
-use crate::span::Span;
 use wireloom_core::mechanism::closure::{Driven, WayFault};
 use wireloom_core::mechanism::{JointKind, Mechanism};
 use wireloom_core::steps::{Drive, Operation};
@@ -30,8 +29,8 @@ const KEYS: Keys = Keys {
         may(
             "to",
             Form::QuantityOrList,
-            "value at the end of the step, such as \"70 deg\"; 0 as drawn; one for each freedom: of a cylindrical joint \
-             angle and length, of a universal joint two angles, of a spherical joint the rotation vector",
+            "value at the end of the step, such as \"70 deg\"; 0 as drawn; one for each freedom: of a cylindrical \
+             joint angle and length, of a universal joint two angles, of a spherical joint the rotation vector",
         ),
         may(
             "at",
@@ -47,16 +46,6 @@ const KEYS: Keys = Keys {
         ),
     ],
 };
-
-/// A joint that is driven, as it is read.
-pub(crate) struct DrivenJoint {
-    pub mechanism: usize,
-    pub driven: Vec<Driven>,
-    /// Place of its values.
-    pub span: Span,
-    /// Number of values with a result of their own; 0 for the last alone.
-    pub stops: usize,
-}
 
 fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Option<Operation> {
     let ways: Vec<&str> = ["to", "at", "path"].into_iter().filter(|key| entry.has(key)).collect();

@@ -1,5 +1,5 @@
-//! A motion given as a table in a file: poses `t, x, y, z` and, all or none, `qw, qx, qy, qz`; or values `t, value` of a
-//! joint.
+//! A motion given as a table in a file: poses `t, x, y, z` and, all or none, `qw, qx, qy, qz`; or values `t, value` of
+//! a joint.
 //!
 //! The first line names the columns, in any order, and may give units: `x [mm]`; without, lengths are in m and angles
 //! in rad. The times t increase; their unit does not matter, since the first is the beginning of the step and the last

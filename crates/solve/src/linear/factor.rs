@@ -85,8 +85,8 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
                 continue;
             }
         }
-        // A_ik −= B_i P⁻¹ B_kᵀ = B_i W_kᵀ for all pairs of rows i ≥ k of the column. The rows from k on are also rows of
-        // column k of the factor, in the same order.
+        // A_ik −= B_i P⁻¹ B_kᵀ = B_i W_kᵀ for all pairs of rows i ≥ k of the column. The rows from k on are also rows
+        // of column k of the factor, in the same order.
         for k in start..stop {
             let (column, w) = (rows[k], below[k] * inverse);
             let (on_diagonal, transposed) = (w * below[k].transpose(), w.transpose());

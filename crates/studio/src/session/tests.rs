@@ -745,8 +745,8 @@ up = [0, 0, 1]
 mount = "leaf"
 "#;
 
-/// A joint of a mechanism is driven, what is mounted on it goes along, and the steps that are saved do the same. What is
-/// moved by hand on the open door is saved as the door is drawn.
+/// A joint of a mechanism is driven, what is mounted on it goes along, and the steps that are saved do the same. What
+/// is moved by hand on the open door is saved as the door is drawn.
 #[test]
 fn a_door_is_driven_and_its_plug_moved_on_it() {
     let mut session = session(DOOR);

@@ -84,7 +84,8 @@ pub fn quaternion(rotation: &Rotation) -> [f64; 4] {
 }
 
 /// The next pose on the way to a target, both in the axes of the body that carries the constraint
-/// ([`Checkpoint::drawn_target`](crate::session::Checkpoint::drawn_target)), at most one increment away (`reach`, m, and a fixed angle), and whether it is
+/// ([`Checkpoint::drawn_target`](crate::session::Checkpoint::drawn_target)), at most one increment away (`reach`, m,
+/// and a fixed angle), and whether it is
 /// the target.
 pub fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach: f64) -> (Passed, bool) {
     let to = goal.position.map_or(from.position, Vector::from);

@@ -26,8 +26,8 @@ pub(crate) const PLACE: Key = must("at", Form::Table(&AT), "where it attaches");
 pub(crate) const MOUNT: Key = may(
     "mount",
     Form::Name,
-    "body of a mechanism that carries it: \"BODY\", or \"MECHANISM/BODY\" where several have its name; its pose and its \
-     moves are then as the mechanism is drawn",
+    "body of a mechanism that carries it: \"BODY\", or \"MECHANISM/BODY\" where several have its name; its pose and \
+     its moves are then as the mechanism is drawn",
 );
 pub(crate) const HOLD: Key =
     may("hold", Form::Words(&["position", "tangent", "twist"]), "freedoms that it holds, instead of those of its kind");
