@@ -80,8 +80,8 @@ fn every_fault_has_its_line() {
             "way.csv:1: there is no column `qy`",
         ],
     );
-    refused("t,x,y,z\n", &["way.csv:2: no poses follow"]);
-    refused("t,x,y,z\n1,0,0,0\n", &["way.csv:2: only one pose"]);
+    refused("t,x,y,z\n", &["way.csv:2: no lines follow"]);
+    refused("t,x,y,z\n1,0,0,0\n", &["way.csv:2: only one line"]);
     refused(
         "t,x,y,z\n0,0,0,0\n1,\"0,5\",inf,\n1,2,3\n\n0,0,0,0\n",
         &[
