@@ -68,7 +68,7 @@ export function violation(given) {
 }
 
 /** A Y whose arm is lifted and bent too tightly; `nodes` a branch; `lines`: of its sheet; `violations(frame)`: those of a frame; `noise`: in place of every force and moment. */
-export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", status = "converged", violations = () => [], noise = null } = {}) {
+export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", status = "converged", violations = (_frame) => [], noise = null } = {}) {
   const branches = [
     { name: "trunk", diameter: 0.012, bend_radius_limit: 0.06, nodes, length: 0.6 },
     { name: HOSTILE, diameter: 0.008, bend_radius_limit: 0.05, nodes, length: 0.4 },
@@ -78,6 +78,7 @@ export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", 
   for (const x of [0.25, 0.4]) for (const y of [-0.25, -0.05]) for (const z of [-0.2, -0.12]) corners.push(x, y, z);
   const sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
   const constraint = (name, kind, place, by_hand = false) => ({ name, kind, place, moves: true, turns: kind === "connector", by_hand });
+  /** @type {import("../src/protocol").Scene} */
   const scene = {
     name: "made-up",
     program: "a test",
@@ -88,15 +89,21 @@ export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", 
     joints: [{ name: "J", model: "rigid-body", branches: branches.map((branch) => branch.name) }],
     constraints: [constraint("plug-A", "connector", ["trunk", 0]), constraint("clip", "collar", ["trunk", 0.3]), constraint("hand", "handle", [HOSTILE, 0.38], true), constraint("plug-C", "connector", ["right", 0.4])],
     obstacles: [{ name: "box", corners, triangles: sides.flatMap(([a, b, c, d]) => [a, b, c, a, c, d]) }],
+    mechanism_joints: [
+      { name: "door/hinge", is_length: false, limits: [0, Math.PI / 2], can_be_driven: true },
+      { name: "door/strut", is_length: true, limits: null, can_be_driven: false },
+    ],
     settings: [],
     notes: ["made up by a test"],
     exports: [],
+    envelope: null,
   };
   const curves = (t) => [
     (u) => [0.6 * u, 0.02 * Math.sin(6 * u), -0.072 * Math.sin(Math.PI * u)],
     (u) => [0.6 + 0.3 * u, 0.25 * u * u, 0.25 * t * u ** 3 + 0.06 * t * Math.sin(5 * Math.PI * u) * u],
     (u) => [0.6 + 0.3 * u, -0.25 * u, -0.08 * Math.sin(Math.PI * u)],
   ];
+  /** @type {(position: any, orientation?: [number, number, number, number]) => import("../src/protocol").Placed} */
   const standing = (position, orientation = [Math.SQRT1_2, 0, Math.SQRT1_2, 0]) => ({ position, orientation });
   const shapes = [];
   for (let f = 0; f < frames; f++) {
@@ -122,6 +129,7 @@ export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", 
         if (bend.limit && (!tightest || bend.limit / bend.radius > tightest.limit / tightest.radius)) tightest = bend;
       }
     });
+    /** @type {import("../src/protocol").ConstraintFrame[]} */
     const constraints = [
       { name: "plug-A", at: standing(curves(t)[0](0)), force: [-2, 0.4, 3], moment: [0, 0.01, 0], slid_to: null },
       { name: "clip", at: standing(curves(t)[0](0.5)), force: [0, 0, 1.5], moment: [0, 0, 0], slid_to: null },
@@ -132,6 +140,7 @@ export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", 
       for (let i = 0; i < numbers.length; i += 12) numbers.fill(noise, i + 8, i + 11);
       for (const each of constraints) [each.force, each.moment] = [[noise, -noise, 2 * noise], [noise, noise, -noise]];
     }
+    /** @type {import("../src/protocol").Header} */
     const header = {
       frame: f,
       step: f === 0 ? "start" : f <= 12 ? "lift" : "lift further",
@@ -144,6 +153,7 @@ export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", 
       joints: [standing([0.6, 0, 0], [1, 0, 0, 0])],
       constraints,
       obstacles: [{ at: standing([0, 0, 0], [1, 0, 0, 0]), force: [0, 0, 0], contacts: 0 }],
+      mechanism_values: [t, 0.05 * t],
       tightest,
       violations: violations(f),
       energy: [["total", 0.02 + 0.01 * t]],

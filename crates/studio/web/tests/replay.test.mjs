@@ -69,6 +69,18 @@ test("playing goes through all frames and stops at the end", async () => {
   await page.close();
 });
 
+test("joints of mechanisms are listed with their values, and a finished run does not drive them", async () => {
+  const { page, found } = await opened();
+  const mechanisms = page.locator("details", { hasText: "Mechanisms" });
+  assert.match(await mechanisms.innerText(), /door\/hinge\s+57\.30 °\s+door\/strut\s+50\.00 mm/);
+  assert.equal(await mechanisms.locator("input:enabled").count(), 0);
+  await page.locator("#track").focus();
+  await page.keyboard.press("Home");
+  assert.match(await mechanisms.innerText(), /door\/hinge\s+0 °\s+door\/strut\s+0 mm/);
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
 test("a click on a cable looks closer at that point", async () => {
   const { page, found } = await opened();
   const place = await page.evaluate(() => {
