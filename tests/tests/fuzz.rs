@@ -173,6 +173,38 @@ fn key_frames_never_make_the_reader_panic() {
 }
 
 #[test]
+fn urdf_files_never_make_the_reader_panic_and_lead_no_body_out_of_the_world() {
+    let words = [
+        "<joint name=\"x\" type=\"prismatic\">",
+        "</joint>",
+        "<link name=\"x\"/>",
+        "<parent link=\"base\"/>",
+        "<mimic joint=\"turn\" multiplier=\"-1\"/>",
+        "<axis xyz=\"0 0 1\"/>",
+        "<origin xyz=\"1 2 3\" rpy=\"1 2 3\"/>",
+        "<limit lower=\"-1\" upper=\"1\"/>",
+        "floating",
+        "1e308",
+        "nan",
+        "0",
+        "hand",
+        "&#0;",
+        "<!--",
+    ];
+    let scenario = String::from_utf8(bytes("scenarios/mechanisms/robot.toml")).expect("text");
+    let registry = wireloom::registry();
+    fuzz("URDF", &[bytes("scenarios/mechanisms/arm.urdf")], &words, |bytes| {
+        let files = Beside { name: "arm.urdf", bytes };
+        let Ok((_, built)) = wireloom::load_with_files(&scenario, &files, &registry) else { return false };
+        for drive in &built.schedule.steps[0].drives {
+            let poses = built.network.mechanisms[drive.mechanism].poses(drive.way.end());
+            assert!(poses.iter().all(|pose| pose.position.iter().all(|x| x.is_finite())));
+        }
+        true
+    });
+}
+
+#[test]
 fn kbl_files_never_make_the_importer_panic_and_what_it_writes_is_a_scenario() {
     let words = [
         "<Segment id=\"x\">",

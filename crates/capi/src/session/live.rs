@@ -332,6 +332,10 @@ impl Live {
             let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
             Failure::not_found(format!("there is no body \"{name}\""), did_you_mean(name, names))
         })?;
+        if bodies[index].mount.is_some() {
+            let message = format!("a mechanism carries \"{name}\", so it cannot be moved by itself");
+            return Err(Failure::request(message, "move another body"));
+        }
         check_some(name, goal)?;
         let from = self.now.end.obstacles.get(index).map_or(bodies[index].pose, |body| body.pose);
         let position = goal.position.unwrap_or_else(|| from.position.into());

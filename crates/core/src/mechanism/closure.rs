@@ -149,8 +149,7 @@ impl Mechanism {
         let (from, a) = &way.knots[next.saturating_sub(1)];
         match way.knots.get(next) {
             Some((to, b)) if t > *from => {
-                let fraction = (t - from) / (to - from);
-                self.closed(way, a.iter().zip(b).map(|(a, b)| a + (b - a) * fraction).collect())
+                self.closed(way, between(a, b, (t - from) / (to - from)))
             }
             _ => a.clone(),
         }
@@ -198,7 +197,7 @@ impl Mechanism {
         values
     }
 
-    /// The next knot, if it is near enough to the last and its loops close.
+    /// The next knot, if it is near enough to the last and the loops close there and half-way.
     fn knot(&self, way: &Way, start: &[f64], driven: &[Driven], t: f64) -> Option<Vec<f64>> {
         let (_, last) = way.knots.last()?;
         let guess = self.guess(way, start, driven, t);
@@ -213,8 +212,13 @@ impl Mechanism {
         if !near(&guess) {
             return None;
         }
-        let values = self.closed(way, guess);
-        (near(&values) && self.equations(way, &values).0.amax() <= CLOSED).then_some(values)
+        let closes = |values: Vec<f64>| {
+            let values = self.closed(way, values);
+            (near(&values) && self.equations(way, &values).0.amax() <= CLOSED).then_some(values)
+        };
+        let values = closes(guess)?;
+        closes(between(last, &values, 0.5))?;
+        Some(values)
     }
 
     /// The values with which the loops close, from values near them.
@@ -335,6 +339,11 @@ impl Mechanism {
         }
         None
     }
+}
+
+/// Values at a fraction of the way from some to others.
+fn between(a: &[f64], b: &[f64], fraction: f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + (b - a) * fraction).collect()
 }
 
 /// Shortest solution of linear equations that may be more than are needed.

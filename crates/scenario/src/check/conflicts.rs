@@ -312,9 +312,9 @@ fn begin<'n>(
     };
     let own = bodies.under(network.constraints[constraint].mount).inverse();
     let point = || beside().find(|(_, other)| other.hold.position && other.hold.rails.is_empty());
-    let point = || point().map(|(body, other)| in_world(&own, in_world(&body, other.position)));
+    let point = || point().map(|(body, other)| moved_with(&own, moved_with(&body, other.position)));
     let frame = || beside().find(|(_, other)| other.hold.rotation != RotationHold::Free);
-    let frame = || frame().map(|(body, other)| facing_in_world(&own, facing_in_world(&body, other.facing)));
+    let frame = || frame().map(|(body, other)| turned_with(&own, turned_with(&body, other.facing)));
     let (found, found_facing) = (Held::Found(constraint), Held::Found(constraint));
     Some(Target {
         hold,
@@ -323,16 +323,16 @@ fn begin<'n>(
     })
 }
 
-/// A position in the axes of a body, in the world.
-fn in_world(body: &Pose, position: Held<Vector>) -> Held<Vector> {
+/// A position, moved as a body is.
+fn moved_with(body: &Pose, position: Held<Vector>) -> Held<Vector> {
     match position {
         Held::Given(x) => Held::Given(body.world(&x)),
         Held::Found(f) => Held::Found(f),
     }
 }
 
-/// A direction or frame in the axes of a body, in the world.
-fn facing_in_world(body: &Pose, facing: Held<Faced>) -> Held<Faced> {
+/// A direction or frame, turned as a body is.
+fn turned_with(body: &Pose, facing: Held<Faced>) -> Held<Faced> {
     match facing {
         Held::Given(Faced::Tangent(d)) => Held::Given(Faced::Tangent(body.orientation * d)),
         Held::Given(Faced::Frame(frame)) => Held::Given(Faced::Frame(body.orientation * frame)),
@@ -347,16 +347,16 @@ fn contradiction(
     a: usize,
     b: usize,
 ) -> Option<&'static str> {
-    let (first, second) = (targets[a].as_ref()?, targets[b].as_ref()?);
-    let mounts = [a, b].map(|f| network.constraints[f].mount);
-    let [one, other] = mounts.map(|mount| bodies.under(mount));
-    let [p, q] = [in_world(&one, first.position), in_world(&other, second.position)];
-    let faced = [facing_in_world(&one, first.facing), facing_in_world(&other, second.facing)];
-    // One of them moves away from the other on its body.
-    let part = mounts[0] != mounts[1] && mounts.iter().any(|mount| bodies.moves(*mount));
     if network.constraints[a].site.point != network.constraints[b].site.point {
         return None;
     }
+    let (first, second) = (targets[a].as_ref()?, targets[b].as_ref()?);
+    let mounts = [a, b].map(|f| network.constraints[f].mount);
+    let [one, other] = mounts.map(|mount| bodies.under(mount));
+    let [p, q] = [moved_with(&one, first.position), moved_with(&other, second.position)];
+    let faced = [turned_with(&one, first.facing), turned_with(&other, second.facing)];
+    // One of them moves away from the other on its body.
+    let part = mounts[0] != mounts[1] && mounts.iter().any(|mount| bodies.moves(*mount));
     let same = same_place(network, a, b) && !part;
     let shared = shared_directions(&first.hold.held_directions(), &second.hold.held_directions());
     let differ = |d: &Vector| match (p, q) {

@@ -231,7 +231,7 @@ impl Driver<'_, '_> {
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
         plan.apply(&mut self.problem, b);
-        let poses = plan.moves_obstacles().then_some(began.contact.poses.as_slice());
+        let poses = plan.moves_obstacles(self.problem.network).then_some(began.contact.poses.as_slice());
         let collides = poses.is_some() && self.problem.collision_free_fraction(&self.before, &self.state, poses) < 1.0;
         if collides && b - a > SMALLEST_PART {
             // An obstacle would pass through the cable: in smaller parts it pushes the cable.

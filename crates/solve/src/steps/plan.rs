@@ -3,10 +3,9 @@
 use serde::{Deserialize, Serialize};
 use wireloom_core::mechanism::Mount;
 use wireloom_core::network::AttachedConstraint;
-use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::Problem;
 use wireloom_core::steps::{Course, Drive, Journey, Move, Operation, Step, Track, Turn};
-use wireloom_core::{Pose, Vector};
+use wireloom_core::{Network, Pose, Vector};
 
 /// Fraction of a part that is round-off.
 const ROUND_OFF: f64 = 1e-6;
@@ -15,12 +14,10 @@ const ROUND_OFF: f64 = 1e-6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plan {
     /// Of constraints; where one is mounted on a body, in the axes of that.
-    journeys: Vec<(Journey, Option<Mount>)>,
+    journeys: Vec<Journey>,
     drives: Vec<Drive>,
     /// Obstacles that move by themselves, by index.
     obstacles: Vec<(usize, Course)>,
-    /// Obstacles that mechanisms carry: index, body, and pose in its axes.
-    carried: Vec<(usize, Mount, Pose)>,
     /// Fractions of the step at which a path has a corner.
     pub corners: Vec<f64>,
     /// Operations of the step.
@@ -44,33 +41,17 @@ impl Plan {
         let own =
             |f: usize| now.body(network, network.constraints[f].mount).inverse().compose(&now.constraints[f].base);
         let mut journeys: Vec<Journey> = step.moves.iter().flat_map(|m| m.journeys(own)).collect();
-        let is_driven = |mount: Option<Mount>| {
-            mount.is_some_and(|mount| step.drives.iter().any(|drive| drive.mechanism == mount.mechanism))
-        };
         for (f, constraint) in network.constraints.iter().enumerate() {
             if journeys.iter().any(|journey| journey.constraint() == f) {
                 continue;
             }
             if added.contains(&f) {
                 journeys.push(journey_to_target(f, constraint, own(f)));
-            } else if now.active[f] && is_driven(constraint.mount) {
+            } else if now.active[f] && drives(&step.drives, constraint.mount) {
                 journeys.push(Journey::of(f, &Track::default(), &own(f)));
             }
         }
-        let carried = |(o, obstacle): (usize, &Obstacle)| {
-            let mount = obstacle.mount.filter(|mount| is_driven(Some(*mount)))?;
-            Some((o, mount, now.body(network, Some(mount)).inverse().compose(&now.contact.poses[o])))
-        };
-        let with_mount = |journey: Journey| {
-            let mount = network.constraints[journey.constraint()].mount;
-            (journey, mount)
-        };
-        Self {
-            journeys: journeys.into_iter().map(with_mount).collect(),
-            drives: step.drives.clone(),
-            carried: network.obstacles.iter().enumerate().filter_map(carried).collect(),
-            ..Self::new(problem, step, Vec::new())
-        }
+        Self { drives: step.drives.clone(), ..Self::new(problem, step, journeys) }
     }
 
     /// Plan of what a step changes besides its constraints and mechanisms, with these journeys of constraints.
@@ -78,9 +59,8 @@ impl Plan {
         let now = problem.conditions();
         let driven = step.drives.iter().flat_map(|drive| drive.way.corners().iter().copied());
         Self {
-            journeys: journeys.into_iter().map(|journey| (journey, None)).collect(),
+            journeys,
             drives: Vec::new(),
-            carried: Vec::new(),
             obstacles: step
                 .obstacle_moves
                 .iter()
@@ -104,8 +84,8 @@ impl Plan {
     }
 
     /// Whether an obstacle moves.
-    pub fn moves_obstacles(&self) -> bool {
-        !self.obstacles.is_empty() || !self.carried.is_empty()
+    pub fn moves_obstacles(&self, network: &Network) -> bool {
+        !self.obstacles.is_empty() || network.obstacles.iter().any(|obstacle| drives(&self.drives, obstacle.mount))
     }
 
     /// Whether gravity, rotation, loads or temperatures change.
@@ -118,13 +98,13 @@ impl Plan {
 
     /// Largest number of turns that a constraint makes about its tangent over a fraction of the step.
     pub fn turns(&self, fraction: f64) -> f64 {
-        self.journeys.iter().map(|(journey, _)| journey.turns(fraction)).fold(0.0, f64::max)
+        self.journeys.iter().map(|journey| journey.turns(fraction)).fold(0.0, f64::max)
     }
 
     /// Number of equal parts of the interval from `a` to `b` of the step in which no constraint makes more than `most`
     /// turns, if all turn uniformly.
     pub fn parts(&self, a: f64, b: f64, most: f64) -> f64 {
-        let spinning = self.journeys.iter().map(|(journey, _)| journey).filter(|journey| journey.turns(1.0) > 0.0);
+        let spinning = self.journeys.iter().filter(|journey| journey.turns(1.0) > 0.0);
         let parts = |journey: &Journey| (journey.turned(a, b) / most - ROUND_OFF).ceil();
         spinning.map(parts).fold(1.0, f64::max)
     }
@@ -152,13 +132,16 @@ impl Plan {
             let values = network.mechanisms[*mechanism].at(way, t);
             problem.set_mechanism(*mechanism, values);
         }
-        for (journey, mount) in &self.journeys {
-            let body = problem.conditions().body(network, *mount);
-            problem.set_target(journey.constraint(), body.compose(&journey.at(t)));
+        for journey in &self.journeys {
+            let f = journey.constraint();
+            let body = problem.conditions().body(network, network.constraints[f].mount);
+            problem.set_target(f, body.compose(&journey.at(t)));
         }
-        for (obstacle, mount, own) in &self.carried {
-            let body = problem.conditions().body(network, Some(*mount));
-            problem.set_obstacle(*obstacle, body.compose(own));
+        for (o, obstacle) in network.obstacles.iter().enumerate() {
+            if drives(&self.drives, obstacle.mount) {
+                let body = problem.conditions().body(network, obstacle.mount);
+                problem.set_obstacle(o, body.compose(&obstacle.pose));
+            }
         }
         for (obstacle, course) in &self.obstacles {
             problem.set_obstacle(*obstacle, course.at(t));
@@ -170,6 +153,11 @@ impl Plan {
             problem.set_fraction_without_potential(t);
         }
     }
+}
+
+/// Whether the mechanism of a body is driven.
+fn drives(drives: &[Drive], body: Option<Mount>) -> bool {
+    body.is_some_and(|body| drives.iter().any(|drive| drive.mechanism == body.mechanism))
 }
 
 /// Journey of a constraint from its present pose to the pose of the scenario.

@@ -703,59 +703,21 @@ fn operations_on_all_kinds_of_harnesses_are_reproduced_by_run() {
     }
 }
 
-const DOOR: &str = r#"
-schema = 1
-name = "door"
-[sections.cable]
-diameter = "6 mm"
-linear_density = "50 g/m"
-axial_stiffness = 1e4
-bending_stiffness = 0.01
-torsion_stiffness = 0.008
-[[branches]]
-name = "loop"
-from = "A"
-to = "B"
-section = "cable"
-length = 0.6
-segments = 30
-[[mechanisms]]
-name = "door"
-[[mechanisms.joints]]
-name = "hinge"
-kind = "revolute"
-between = ["ground", "leaf"]
-origin = [0.1, 0, 0]
-axis = [0, 0, 1]
-limits = ["0 deg", "75 deg"]
-[[constraints]]
-name = "plug-A"
-kind = "connector"
-at = { end = "A" }
-position = [0, 0, 0]
-tangent = [0, -1, 0]
-up = [0, 0, 1]
-[[constraints]]
-name = "plug-B"
-kind = "connector"
-at = { end = "B" }
-position = [0.3, 0, 0]
-tangent = [0, 1, 0]
-up = [0, 0, 1]
-mount = "leaf"
-"#;
-
 /// A joint of a mechanism is driven, what is mounted on it goes along, and the steps that are saved do the same. What
 /// is moved by hand on the open door is saved as the door is drawn.
 #[test]
 fn a_door_is_driven_and_its_plug_moved_on_it() {
-    let mut session = session(DOOR);
+    let door = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/mechanisms/door.toml");
+    let mut session = session(&std::fs::read_to_string(door).expect("a scenario"));
     let [joint] = &session.scene().mechanism_joints[..] else { panic!() };
-    assert_eq!((joint.name.as_str(), joint.is_length, joint.limits.map(|l| l[0])), ("door/hinge", false, Some(0.0)));
-    let drive = |value: f64| Request::Drive { joint: "door/hinge".into(), value };
+    assert_eq!((joint.name.as_str(), joint.is_length, joint.limits.map(|l| l[0])), ("front door/hinge", false, Some(0.0)));
+    let drive = |value: f64| Request::Drive { joint: "front door/hinge".into(), value };
     done(&mut session, drive(1.0));
-    let on_arc = |x: f64| Vector::new(0.1 + x * 1.0_f64.cos(), x * 1.0_f64.sin(), 0.0);
-    assert!((last(&session).constraints[1].position - on_arc(0.2)).norm() < 1e-12);
+    let on_arc = |x: f64, y: f64| {
+        let (sin, cos) = 1.0_f64.sin_cos();
+        Vector::new(0.1 + x * cos - y * sin, x * sin + y * cos, 0.0)
+    };
+    assert!((last(&session).constraints[1].position - on_arc(0.2, -0.02)).norm() < 1e-12);
     let frames = session.frames_from(session.now.frames() - 1);
     assert_eq!(frame::header(frames[0].as_ref().expect("there")).expect("a frame").mechanism_values, [1.0]);
     // Beyond the limit, and a joint that there is not.
@@ -764,10 +726,10 @@ fn a_door_is_driven_and_its_plug_moved_on_it() {
     assert_eq!(refused(&mut session, none), "there is no joint \"hinge\"");
     // A handle is taken, so that the harness is built anew, and the door stays open.
     hold(&mut session, "loop", 0.3, Holding::Handle);
-    drag(&mut session, "plug-B", &[on_arc(0.25).into()]);
-    assert!((last(&session).constraints[1].position - on_arc(0.25)).norm() < 1e-12);
+    drag(&mut session, "door plug", &[on_arc(0.21, -0.03).into()]);
+    assert!((last(&session).constraints[1].position - on_arc(0.21, -0.03)).norm() < 1e-12);
     done(&mut session, drive(0.0));
-    assert!((last(&session).constraints[1].position - Vector::new(0.35, 0.0, 0.0)).norm() < 1e-12);
+    assert!((last(&session).constraints[1].position - Vector::new(0.31, -0.03, 0.0)).norm() < 1e-12);
     let saved = text(&mut session);
     let run = ends(&saved);
     let shown = last(&session);

@@ -36,7 +36,6 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
         faults.extend(deepest.map(|deep| deep.fault(scenario, of_constraint(f), "holds the cable")));
     }
     for (step, span) in scenario.steps.iter().zip(&scenario.step_spans) {
-        let before: Vec<Pose> = network.obstacles.iter().map(|own| carriers.under(own.mount)).collect();
         carriers.drive(&step.drives);
         let carried = (0..bodies.len()).filter(|o| carriers.moves(network.obstacles[*o].mount));
         let moving: HashSet<usize> = step.obstacle_moves.iter().map(|m| m.obstacle).chain(carried).collect();
@@ -60,8 +59,8 @@ pub(crate) fn refuse_inside(scenario: &Scenario, built: &Built) -> Vec<Fault> {
             let deepest = held[f].and_then(|(x, _)| deepest(network, f, &[in_world(f, &x)], &all));
             faults.extend(deepest.map(|deep| deep.fault(scenario, of_constraint(f), "holds the cable")));
         }
-        for (o, body) in bodies.iter_mut().enumerate().filter(|(o, _)| carriers.moves(network.obstacles[*o].mount)) {
-            *body = carriers.under(network.obstacles[o].mount).compose(&before[o].inverse().compose(body));
+        for (body, own) in bodies.iter_mut().zip(&network.obstacles).filter(|(_, own)| carriers.moves(own.mount)) {
+            *body = carriers.under(own.mount).compose(&own.pose);
         }
         for motion in &step.obstacle_moves {
             bodies[motion.obstacle] = motion.track.from(&bodies[motion.obstacle]).at(1.0);

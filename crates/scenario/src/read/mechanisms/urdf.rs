@@ -3,15 +3,18 @@
 //!
 //! As drawn, all joints are at 0. Masses, shapes and transmissions are not read.
 
+use super::quantity;
+use crate::format::limits::ANY;
 use nalgebra::Unit;
 use roxmltree::{Document, Node};
+use std::borrow::Cow;
 use wireloom_core::mechanism::{JointKind, MechanismJoint};
-use wireloom_core::{Pose, Rotation, Vector};
+use wireloom_core::{Pose, Quantity, Rotation, Vector};
 
 /// A fault of the file, with its line.
 pub(super) struct UrdfFault {
     pub message: String,
-    pub help: &'static str,
+    pub help: Cow<'static, str>,
 }
 
 /// A joint as the file gives it.
@@ -33,7 +36,7 @@ struct File<'f> {
 pub(super) fn read(text: &str, base: &Pose) -> Result<(Vec<String>, Vec<MechanismJoint>), Vec<UrdfFault>> {
     let document = Document::parse(text).map_err(|error| {
         let (at, help) = (error.pos(), "a URDF file is XML with the element <robot>; write out xacro files first");
-        vec![UrdfFault { message: format!("{}: {error}", at.row), help }]
+        vec![UrdfFault { message: format!("{}: {error}", at.row), help: help.into() }]
     })?;
     let mut file = File { document: &document, faults: Vec::new() };
     let read = file.read(base);
@@ -44,9 +47,9 @@ pub(super) fn read(text: &str, base: &Pose) -> Result<(Vec<String>, Vec<Mechanis
 }
 
 impl<'f> File<'f> {
-    fn fault(&mut self, node: Node<'_, '_>, message: impl Into<String>, help: &'static str) {
+    fn fault(&mut self, node: Node<'_, '_>, message: impl Into<String>, help: impl Into<Cow<'static, str>>) {
         let row = self.document.text_pos_at(node.range().start).row;
-        self.faults.push(UrdfFault { message: format!("{row}: {}", message.into()), help });
+        self.faults.push(UrdfFault { message: format!("{row}: {}", message.into()), help: help.into() });
     }
 
     fn read(&mut self, base: &Pose) -> Option<(Vec<String>, Vec<MechanismJoint>)> {
@@ -163,8 +166,8 @@ impl<'f> File<'f> {
         let origin = match child(node, "origin") {
             None => Pose::identity(),
             Some(element) => {
-                let position = self.vector(element, "xyz")?.unwrap_or_default();
-                let angles = self.vector(element, "rpy")?.unwrap_or_default();
+                let position = self.vector(element, "xyz", Quantity::Length)?.unwrap_or_default();
+                let angles = self.vector(element, "rpy", Quantity::Angle)?.unwrap_or_default();
                 // Fixed axes: roll about x, then pitch about y, then yaw about z.
                 Pose { position, orientation: Rotation::from_euler_angles(angles.x, angles.y, angles.z) }
             }
@@ -173,32 +176,41 @@ impl<'f> File<'f> {
     }
 
     /// Three numbers of an attribute; `Some(None)` if it is left out.
-    fn vector(&mut self, node: Node<'f, 'f>, name: &str) -> Option<Option<Vector>> {
+    fn vector(&mut self, node: Node<'f, 'f>, name: &str, quantity: Quantity) -> Option<Option<Vector>> {
         let Some(text) = node.attribute(name) else { return Some(None) };
         let numbers: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN)).collect();
-        if let [x, y, z] = numbers[..]
-            && numbers.iter().all(|x| x.is_finite())
-        {
-            return Some(Some(Vector::new(x, y, z)));
-        }
-        self.fault(node, format!("{name}=\"{text}\" is not three numbers"), "write three numbers, such as \"0 0 0.1\"");
-        None
+        let [x, y, z] = numbers[..] else {
+            let help = "write three numbers, such as \"0 0 0.1\"";
+            self.fault(node, format!("{name}=\"{text}\" is not three numbers"), help);
+            return None;
+        };
+        let within = numbers.iter().all(|x| self.within(node, (name, text), *x, quantity));
+        within.then_some(Some(Vector::new(x, y, z)))
     }
 
-    fn number(&mut self, node: Node<'f, 'f>, name: &str) -> Option<Option<f64>> {
+    fn number(&mut self, node: Node<'f, 'f>, name: &str, quantity: Quantity) -> Option<Option<f64>> {
         let Some(text) = node.attribute(name) else { return Some(None) };
-        let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-        if number.is_none() {
-            self.fault(node, format!("{name}=\"{text}\" is not a number"), "write a number in SI");
+        let number = text.trim().parse().unwrap_or(f64::NAN);
+        self.within(node, (name, text), number, quantity).then_some(Some(number))
+    }
+
+    /// Whether a number of an attribute is one that its quantity can have.
+    fn within(&mut self, node: Node<'f, 'f>, (name, text): (&str, &str), x: f64, quantity: Quantity) -> bool {
+        let limits = ANY.of(quantity);
+        let within = (limits.minimum..=limits.maximum).contains(&x);
+        if !within {
+            let what = if x.is_nan() { "has what is not a number" } else { "is out of range" };
+            let help = format!("write numbers {}", limits.words(quantity));
+            self.fault(node, format!("{name}=\"{text}\" {what}"), help);
         }
-        number.map(Some)
+        within
     }
 
     /// Kind of a joint, with its axis in the world; `frame` is that of the joint.
     fn kind(&mut self, own: &Given<'f>, frame: &Pose) -> Option<JointKind> {
         let axis = match child(own.node, "axis") {
             None => Vector::x(),
-            Some(element) => self.vector(element, "xyz")?.unwrap_or_else(Vector::x),
+            Some(element) => self.vector(element, "xyz", Quantity::Dimensionless)?.unwrap_or_else(Vector::x),
         };
         let mut axis = || {
             let unit = Unit::try_new(axis, 1e-12);
@@ -227,7 +239,7 @@ impl<'f> File<'f> {
         if kind.freedoms() == 0 || own.node.attribute("type") == Some("continuous") {
             return None;
         }
-        let [low, high] = ["lower", "upper"].map(|name| self.number(limit, name));
+        let [low, high] = ["lower", "upper"].map(|name| self.number(limit, name, quantity(kind, 0)));
         // Left out, they are 0, says the format.
         let (low, high) = (low?.unwrap_or(0.0), high?.unwrap_or(0.0));
         if low > high {
@@ -240,7 +252,10 @@ impl<'f> File<'f> {
     fn follows(&mut self, own: &Given<'f>, given: &[Given<'f>]) -> Option<(usize, f64)> {
         let mimic = child(own.node, "mimic")?;
         let name = self.attribute(mimic, "joint")?;
-        let (factor, offset) = (self.number(mimic, "multiplier")?, self.number(mimic, "offset")?);
+        let (factor, offset) = (
+            self.number(mimic, "multiplier", Quantity::Dimensionless)?,
+            self.number(mimic, "offset", Quantity::Dimensionless)?,
+        );
         let of = given.iter().position(|other| other.name == name);
         let chained = of.is_some_and(|of| child(given[of].node, "mimic").is_some());
         if chained || of.is_none() || offset.is_some_and(|offset| offset != 0.0) {
