@@ -238,9 +238,15 @@ fn a_urdf_file_is_refused_with_its_line() {
         (robot(&joint("planar", "")), "r.urdf:4: joint \"j\" has the type \"planar\""),
         (robot(&joint("revolute", "<axis xyz=\"0 0\"/>")), "r.urdf:4: xyz=\"0 0\" is not three numbers"),
         (robot(&joint("revolute", "<axis xyz=\"0 0 0\"/>")), "r.urdf:4: the axis is zero"),
-        (robot(&joint("revolute", "<limit lower=\"1\" upper=\"x\"/>")), "r.urdf:4: upper=\"x\" is not a number"),
+        (
+            robot(&joint("revolute", "<limit lower=\"1\" upper=\"x\"/>")),
+            "r.urdf:4: upper=\"x\" has what is not a number",
+        ),
+        (robot(&joint("revolute", "<origin xyz=\"0 0 1e300\"/>")), "r.urdf:4: xyz=\"0 0 1e300\" is out of range"),
+        (robot(&joint("revolute", "<mimic joint=\"j\" multiplier=\"1e99\"/>")), "multiplier=\"1e99\" is out of range"),
         (robot(&joint("revolute", "<mimic joint=\"k\"/>")), "r.urdf:4: joint \"j\" mimics in a way"),
         (robot(&joint("revolute", "").replace("link=\"b\"", "link=\"c\"")), "r.urdf:4: there is no link \"c\""),
+        (robot(&joint("fixed", "<mimic joint=\"j\"/>")), "r.urdf:4: joint \"j\" mimics in a way"),
         (robot(&(joint("fixed", "") + &joint("fixed", ""))), "r.urdf:4: there are two joints \"j\""),
     ] {
         place.file("r.urdf", &file);

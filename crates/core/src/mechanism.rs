@@ -74,7 +74,7 @@ pub struct MechanismJoint {
     pub origin: Vector,
     /// Smallest and largest value of its only freedom.
     pub limits: Option<[f64; 2]>,
-    /// The joint whose value it follows (by index), and the factor.
+    /// The joint whose value it follows (by index), and the factor. Both have one freedom, and are in no loop.
     pub follows: Option<(usize, f64)>,
 }
 
@@ -183,6 +183,9 @@ pub enum MechanismFault {
     /// The axes of a universal joint (by index) are parallel.
     #[error("the axes of joint {0} are parallel")]
     Parallel(usize),
+    /// A joint (by index) follows another one, and one of them has not one freedom, follows on, or is in a loop.
+    #[error("joint {0} cannot follow another one")]
+    Follows(usize),
 }
 
 /// Bodies and joints. See the [module](self).
@@ -246,7 +249,16 @@ impl Mechanism {
         let mut new = Self { name, bodies, joints, starts, tree, loops: Vec::new() };
         let closing = (0..new.joints.len()).filter(|k| !in_tree[*k]);
         new.loops = closing.map(|k| (k, new.joints_of_loop(k))).collect();
-        Ok(new)
+        let free = |k: usize| new.joints[k].kind.freedoms() == 1 && new.loops.iter().all(|(_, all)| !all.contains(&k));
+        let follows = |k: usize| {
+            let (of, _) = new.joints[k].follows?;
+            let leads = new.joints.get(of).is_some_and(|leader| leader.follows.is_none());
+            (!(leads && free(of) && free(k))).then_some(k)
+        };
+        match (0..new.joints.len()).find_map(follows) {
+            Some(k) => Err(MechanismFault::Follows(k)),
+            None => Ok(new),
+        }
     }
 
     /// Joints of the loop that a joint closes: those on the way from the ground to one of its bodies alone, and itself.
@@ -303,10 +315,10 @@ impl Mechanism {
         poses
     }
 
-    /// Whether no joint can turn a direction of the drawn mechanism.
-    pub fn keeps(&self, direction: &Vector) -> bool {
+    /// Whether no joint between the ground and a body can turn a direction of the drawn mechanism.
+    pub fn keeps(&self, body: usize, direction: &Vector) -> bool {
         let along = |axis: &Unit<Vector>| axis.cross(direction).norm() <= PARALLEL * direction.norm();
-        self.joints.iter().all(|joint| match &joint.kind {
+        self.way_to(body).into_iter().all(|joint| match &self.joints[joint].kind {
             JointKind::Fixed | JointKind::Prismatic(_) => true,
             JointKind::Revolute(axis) | JointKind::Cylindrical(axis) | JointKind::Screw(axis, _) => along(axis),
             JointKind::Universal(_) | JointKind::Spherical => false,

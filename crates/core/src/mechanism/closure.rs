@@ -18,8 +18,14 @@ const SMALLEST: f64 = 1e-7;
 const ITERATIONS: usize = 20;
 /// Residual of a closed loop, relative to the mechanism: some hundred times round-off.
 const CLOSED: f64 = 1e-13;
-/// Ratio of singular values below which a freedom of a loop is not determined.
-const UNDETERMINED: f64 = 1e-7;
+/// Ratio of singular values below which a freedom of a loop is not determined: beside a dead point the branches of the
+/// motion are too near to each other to be told apart.
+const UNDETERMINED: f64 = 1e-5;
+/// Largest error of the straight continuation of a way to its next knot, relative to the change of the values: where
+/// branches of the motion cross, the right one is nearest to it.
+const STRAY: f64 = 0.25;
+/// Error of the continuation that is round-off, rad; of a length, relative to the mechanism.
+const ROUND_OFF: f64 = 1e-9;
 
 /// Values of all freedoms of a mechanism over a step. Between knots driven values are interpolated linearly, and the
 /// others are solved for.
@@ -74,10 +80,12 @@ impl Driven {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum WayFault {
     /// The loops of the driven joints leave the value of a joint (by index) open.
-    #[error("the value of joint {joint} does not follow from the driven ones ({missing} freedoms are open)")]
+    #[error("from {fraction} of the step the value of joint {joint} does not follow ({missing} freedoms are open)")]
     Open {
         /// Index of the joint.
         joint: usize,
+        /// Fraction of the step.
+        fraction: f64,
         /// Number of freedoms that would have to be driven too.
         missing: usize,
     },
@@ -118,19 +126,17 @@ impl Mechanism {
         corners.sort_by(f64::total_cmp);
         corners.dedup();
         let mut way = Way { knots: vec![(0.0, from.to_vec())], corners, unknown, loops };
-        if let Some(fault) = self.undetermined(&way, from) {
-            return Err(fault);
-        }
         let mut t = 0.0;
         while t < 1.0 {
             let corner = way.corners.iter().copied().find(|corner| *corner > t).unwrap_or(1.0);
+            let rates = self.rates(&way, from, driven, corner)?;
             let mut next = corner;
             let values = loop {
-                match self.knot(&way, from, driven, next) {
+                match self.knot(&way, from, driven, &rates, next) {
                     Some(values) => break values,
                     None if next - t < SMALLEST => {
                         let joint = self.loops[way.loops.first().copied().unwrap_or_default()].0;
-                        let ahead = self.closed(&way, self.guess(&way, from, driven, 1.0));
+                        let ahead = self.closed(&way, self.guess(&way, from, driven, &rates, 1.0));
                         let apart = self.apart(&way, &ahead);
                         return Err(WayFault::Parted { joint, fraction: t, apart });
                     }
@@ -148,9 +154,7 @@ impl Mechanism {
         let next = way.knots.partition_point(|knot| knot.0 <= t);
         let (from, a) = &way.knots[next.saturating_sub(1)];
         match way.knots.get(next) {
-            Some((to, b)) if t > *from => {
-                self.closed(way, between(a, b, (t - from) / (to - from)))
-            }
+            Some((to, b)) if t > *from => self.closed(way, between(a, b, (t - from) / (to - from))),
             _ => a.clone(),
         }
     }
@@ -173,18 +177,43 @@ impl Mechanism {
         (unknown.collect(), (0..loops.len()).filter(|k| loops[*k]).collect())
     }
 
-    /// Values at a fraction from which Newton's method starts: driven ones as they are, the others continued from the
-    /// last knots.
-    fn guess(&self, way: &Way, start: &[f64], driven: &[Driven], t: f64) -> Vec<f64> {
+    /// Rates of the unknown freedoms beyond the last knot, per step: with J the derivatives of the loops,
+    /// `J_u q̇_u = −J_d q̇_d`. At a dead point, where that does not determine them, a way goes straight on; it cannot
+    /// begin or turn there.
+    fn rates(&self, way: &Way, start: &[f64], driven: &[Driven], corner: f64) -> Result<Vec<f64>, WayFault> {
         let known = way.knots.len();
         let (now, last) = &way.knots[known - 1];
+        if way.unknown.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (_, by_unknown) = self.equations(way, last, &way.unknown);
+        let Some((joint, missing)) = self.undetermined(way, &by_unknown) else {
+            let freedoms: Vec<usize> = driven.iter().map(|d| d.freedom).collect();
+            let (_, by_driven) = self.equations(way, last, &freedoms);
+            let rate = |d: &Driven| {
+                let scale = if self.is_length(d.freedom) { self.size() } else { 1.0 };
+                (d.at(start[d.freedom], corner) - last[d.freedom]) / ((corner - now) * scale)
+            };
+            let drive = DVector::from_iterator(driven.len(), driven.iter().map(rate));
+            let rates =
+                shortest(&by_unknown, &-(by_driven * drive)).unwrap_or_else(|| DVector::zeros(way.unknown.len()));
+            let scaled = |(f, rate): (&usize, &f64)| rate * if self.is_length(*f) { self.size() } else { 1.0 };
+            return Ok(way.unknown.iter().zip(rates.iter()).map(scaled).collect());
+        };
+        if known == 1 || way.corners.contains(now) {
+            return Err(WayFault::Open { joint, fraction: *now, missing });
+        }
+        let (before, earlier) = &way.knots[known - 2];
+        Ok(way.unknown.iter().map(|&f| (last[f] - earlier[f]) / (now - before)).collect())
+    }
+
+    /// Values at a fraction from which Newton's method starts: driven ones as they are, the others continued straight
+    /// from the last knot.
+    fn guess(&self, way: &Way, start: &[f64], driven: &[Driven], rates: &[f64], t: f64) -> Vec<f64> {
+        let (now, last) = &way.knots[way.knots.len() - 1];
         let mut values = last.clone();
-        // Continued straight, so that a way goes on through a dead point where it can.
-        if known > 1 && !way.corners.contains(now) {
-            let (before, earlier) = &way.knots[known - 2];
-            for &f in &way.unknown {
-                values[f] += (last[f] - earlier[f]) * (t - now) / (now - before);
-            }
+        for (&f, rate) in way.unknown.iter().zip(rates) {
+            values[f] += rate * (t - now);
         }
         for d in driven {
             values[d.freedom] = d.at(start[d.freedom], t);
@@ -197,28 +226,30 @@ impl Mechanism {
         values
     }
 
-    /// The next knot, if it is near enough to the last and the loops close there and half-way.
-    fn knot(&self, way: &Way, start: &[f64], driven: &[Driven], t: f64) -> Option<Vec<f64>> {
+    /// The next knot, if it is near enough to the last and to the straight continuation, and the loops close there and
+    /// half-way.
+    fn knot(&self, way: &Way, start: &[f64], driven: &[Driven], rates: &[f64], t: f64) -> Option<Vec<f64>> {
         let (_, last) = way.knots.last()?;
-        let guess = self.guess(way, start, driven, t);
+        let guess = self.guess(way, start, driven, rates, t);
         if way.loops.is_empty() {
             return Some(guess);
         }
-        let near = |values: &[f64]| {
-            let size = self.size();
-            let change = |f: usize| (values[f] - last[f]).abs() / if self.is_length(f) { size } else { 1.0 };
-            (0..values.len()).all(|f| change(f) <= KNOT)
+        let size = self.size();
+        let apart = |a: &[f64], b: &[f64]| {
+            let change = |f: usize| (a[f] - b[f]).abs() / if self.is_length(f) { size } else { 1.0 };
+            (0..a.len()).map(change).fold(0.0, f64::max)
         };
-        if !near(&guess) {
+        if apart(&guess, last) > KNOT {
             return None;
         }
         let closes = |values: Vec<f64>| {
             let values = self.closed(way, values);
-            (near(&values) && self.equations(way, &values).0.amax() <= CLOSED).then_some(values)
+            let is_closed = self.equations(way, &values, &[]).0.amax() <= CLOSED;
+            (is_closed && apart(&values, last) <= KNOT).then_some(values)
         };
-        let values = closes(guess)?;
+        let values = closes(guess.clone())?;
         closes(between(last, &values, 0.5))?;
-        Some(values)
+        (apart(&values, &guess) <= STRAY * apart(&values, last) + ROUND_OFF).then_some(values)
     }
 
     /// The values with which the loops close, from values near them.
@@ -227,14 +258,14 @@ impl Mechanism {
             return values;
         }
         let size = self.size();
-        let (mut residual, mut jacobian) = self.equations(way, &values);
+        let (mut residual, mut jacobian) = self.equations(way, &values, &way.unknown);
         for _ in 0..ITERATIONS {
             let Some(step) = shortest(&jacobian, &residual) else { break };
             let mut next = values.clone();
             for (k, &f) in way.unknown.iter().enumerate() {
                 next[f] -= step[k] * if self.is_length(f) { size } else { 1.0 };
             }
-            let (left, slopes) = self.equations(way, &next);
+            let (left, slopes) = self.equations(way, &next, &way.unknown);
             if left.amax() >= residual.amax() && residual.amax() <= CLOSED {
                 break;
             }
@@ -243,14 +274,14 @@ impl Mechanism {
         values
     }
 
-    /// Residuals of the loops (rad, and m relative to the size of the mechanism), and their derivatives by the unknown
+    /// Residuals of the loops (rad, and m relative to the size of the mechanism), and their derivatives by some
     /// freedoms; lengths among these are relative too. Exact where the loops are closed.
-    fn equations(&self, way: &Way, values: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+    fn equations(&self, way: &Way, values: &[f64], freedoms: &[usize]) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.size();
         let poses = self.poses(values);
         let twists = self.twists(values, &poses);
         let mut residual = DVector::zeros(6 * way.loops.len());
-        let mut jacobian = DMatrix::zeros(6 * way.loops.len(), way.unknown.len());
+        let mut jacobian = DMatrix::zeros(6 * way.loops.len(), freedoms.len());
         for (row, &k) in way.loops.iter().enumerate() {
             let closing = self.loops[k].0;
             let joint = &self.joints[closing];
@@ -261,7 +292,7 @@ impl Mechanism {
             residual.fixed_rows_mut::<3>(6 * row).copy_from(&turned);
             residual.fixed_rows_mut::<3>(6 * row + 3).copy_from(&((x - y) / size));
             let [way_a, way_b] = [a, b].map(|body| self.way_to(body));
-            for (column, &f) in way.unknown.iter().enumerate() {
+            for (column, &f) in freedoms.iter().enumerate() {
                 let scale = if self.is_length(f) { size } else { 1.0 };
                 let of = self.joint_of(f);
                 let mut add = |sign: f64, place: &Vector| {
@@ -297,24 +328,20 @@ impl Mechanism {
         (0..self.joints.len()).flat_map(of_joint).collect()
     }
 
-    /// The joint whose value the loops leave most open.
-    fn undetermined(&self, way: &Way, values: &[f64]) -> Option<WayFault> {
-        if way.unknown.is_empty() {
-            return None;
-        }
-        let (_, jacobian) = self.equations(way, values);
-        // AᵀA has the squares of the singular values, and an eigenvector for each freedom that nothing determines.
-        let eigen = (jacobian.transpose() * &jacobian).symmetric_eigen();
+    /// The joint whose value the loops leave most open, and the number of freedoms that are, from the derivatives of the
+    /// loops by the unknown freedoms.
+    fn undetermined(&self, way: &Way, jacobian: &DMatrix<f64>) -> Option<(usize, usize)> {
+        // JᵀJ has the squares of the singular values, and an eigenvector for each freedom that nothing determines.
+        let eigen = (jacobian.transpose() * jacobian).symmetric_eigen();
         let open = UNDETERMINED.powi(2) * eigen.eigenvalues.max();
         let missing = eigen.eigenvalues.iter().filter(|value| **value <= open.max(f64::EPSILON)).count();
-        let least = eigen.eigenvalues.imin();
-        let most = eigen.eigenvectors.column(least).icamax();
-        (missing > 0).then(|| WayFault::Open { joint: self.joint_of(way.unknown[most]), missing })
+        let most = eigen.eigenvectors.column(eigen.eigenvalues.imin()).icamax();
+        (missing > 0).then(|| (self.joint_of(way.unknown[most]), missing))
     }
 
     /// Largest distance, m, and angle, rad, by which the loops are open.
     fn apart(&self, way: &Way, values: &[f64]) -> (f64, f64) {
-        let (residual, _) = self.equations(way, values);
+        let (residual, _) = self.equations(way, values, &[]);
         let of = |first: usize| {
             let parts = (0..way.loops.len()).map(|row| residual.fixed_rows::<3>(6 * row + first).norm());
             parts.fold(0.0, f64::max)

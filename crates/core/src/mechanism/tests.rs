@@ -101,6 +101,65 @@ fn a_loop_closes_whichever_way_its_joints_are_given() {
     }
 }
 
+/// A parallelogram: at 90° all pivots lie on one line, where it could fold into an antiparallelogram.
+#[test]
+fn a_parallelogram_keeps_to_its_branch_from_wherever_it_starts_and_does_not_begin_at_a_dead_point() {
+    let linkage = four_bar([[0.0, 0.0, 0.0], [0.0, 0.1, 0.0], [0.2, 0.1, 0.0], [0.2, 0.0, 0.0]]);
+    // Joints B and D turn back as far as A and C turn.
+    let right = |values: &[f64], angle: f64| {
+        let expected = [angle, -angle, angle, -angle];
+        assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{angle}: {values:?}");
+    };
+    for first in [-60.0, -89.0, -89.5, -89.99, -90.01, -90.5, -95.0] {
+        let mut values = vec![0.0; 4];
+        for angle in [first, -120.0, -170.0, -10.0, 0.0] {
+            let angle = f64::to_radians(angle);
+            let way = linkage.way(&values, &[to(0, angle)]).unwrap();
+            values = way.end().to_vec();
+            right(&values, angle);
+        }
+    }
+    let dead = -FRAC_PI_2;
+    let through = |knots: &[(f64, f64)]| [Driven { freedom: 0, through: knots.to_vec() }];
+    let fault = linkage.way(&[0.0; 4], &through(&[(0.5, dead), (1.0, -2.0)])).unwrap_err();
+    assert!(matches!(fault, WayFault::Open { fraction: 0.5, missing: 1, .. }), "{fault}");
+    let there = linkage.way(&[0.0; 4], &[to(0, dead)]).unwrap();
+    let fault = linkage.way(there.end(), &[to(0, -2.0)]).unwrap_err();
+    assert!(matches!(fault, WayFault::Open { fraction: 0.0, missing: 1, .. }), "{fault}");
+}
+
+#[test]
+fn a_joint_that_follows_has_one_freedom_and_follows_a_joint_of_one_freedom() {
+    let follows = |kinds: [JointKind; 2], of: usize| {
+        let [a, b] = kinds;
+        let mut joints = vec![joint("a", a, [0, 1], [0.0; 3]), joint("b", b, [1, 2], [0.1, 0.0, 0.0])];
+        joints[1].follows = Some((of, 2.0));
+        let names = (0..3).map(|k| format!("body {k}")).collect();
+        Mechanism::new("test".to_owned(), names, joints)
+    };
+    assert!(follows([about_z(), about_z()], 0).is_ok());
+    for (kinds, of) in [
+        ([JointKind::Fixed, about_z()], 0),
+        ([about_z(), JointKind::Fixed], 0),
+        ([about_z(), JointKind::Spherical], 0),
+        ([about_z(), about_z()], 1),
+        ([about_z(), about_z()], 2),
+    ] {
+        assert_eq!(follows(kinds, of).unwrap_err(), MechanismFault::Follows(1));
+    }
+}
+
+/// A slide does not turn what is on it, whatever hangs beyond.
+#[test]
+fn a_body_keeps_a_direction_that_only_joints_beyond_it_turn() {
+    let joints = vec![
+        joint("slide", JointKind::Prismatic(Vector::x_axis()), [0, 1], [0.0; 3]),
+        joint("flap", about_z(), [1, 2], [0.1, 0.0, 0.0]),
+    ];
+    let both = mechanism(3, joints);
+    assert!(both.keeps(1, &Vector::x()) && !both.keeps(2, &Vector::x()) && both.keeps(2, &Vector::z()));
+}
+
 /// A gas strut: cylindrical between two spherical joints would turn about itself; with a universal joint it does not.
 #[test]
 fn a_strut_between_a_body_and_the_ground_follows_and_a_free_turn_of_it_is_refused() {

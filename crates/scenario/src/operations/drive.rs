@@ -5,7 +5,7 @@ use super::{Begins, StepOperation};
 use crate::format::form::{Form, Keys, may, must};
 use crate::format::limits::ANY;
 use crate::read::entry::Entry;
-use crate::read::mechanisms::{quantity, values};
+use crate::read::mechanisms::{quantity, shown, values};
 use crate::read::poses;
 use wireloom_core::mechanism::closure::{Driven, WayFault};
 use wireloom_core::mechanism::{JointKind, Mechanism};
@@ -138,7 +138,7 @@ fn refuse_jump(step: &Entry<'_>, mechanism: &Mechanism, drive: &DrivenJoint, now
         let (begins, is) = (d.at(now[d.freedom], 0.0), now[d.freedom]);
         if (begins - is).abs() > SAME * is.abs().max(1.0) {
             let joint = mechanism.joint_of(d.freedom);
-            let [begins, is] = [begins, is].map(|value| shown(mechanism, joint, value));
+            let [begins, is] = [begins, is].map(|value| shown(&mechanism.joints[joint].kind, value));
             let name = &mechanism.joints[joint].name;
             let message = format!("the table of joint \"{name}\" begins at {begins}, and the joint stands at {is}");
             step.reader.fault(drive.span.clone(), message, "begin it where the step before ends; 0 is as drawn");
@@ -146,16 +146,10 @@ fn refuse_jump(step: &Entry<'_>, mechanism: &Mechanism, drive: &DrivenJoint, now
     }
 }
 
-/// A value of a joint in words.
-fn shown(mechanism: &Mechanism, joint: usize, value: f64) -> String {
-    let length = mechanism.joints[joint].kind.is_length(0);
-    if length { format!("{:.3} mm", 1e3 * value) } else { format!("{:.3} deg", value.to_degrees()) }
-}
-
 /// What is wrong with a way, and what would be right.
 fn words(mechanism: &Mechanism, driven: &[Driven], now: &[f64], fault: WayFault) -> (String, String) {
     let name = |joint: usize| &mechanism.joints[joint].name;
-    let shown = |joint: usize, value: f64| shown(mechanism, joint, value);
+    let shown = |joint: usize, value: f64| shown(&mechanism.joints[joint].kind, value);
     let at = |fraction: f64| {
         let first = &driven[0];
         let joint = mechanism.joint_of(first.freedom);
@@ -163,12 +157,17 @@ fn words(mechanism: &Mechanism, driven: &[Driven], now: &[f64], fault: WayFault)
         format!("\"{}\" at {}", name(joint), shown(joint, value))
     };
     match fault {
-        WayFault::Open { joint, missing } => (
-            format!("the value of joint \"{}\" of mechanism \"{}\" does not follow", name(joint), mechanism.name),
+        WayFault::Open { joint, fraction, missing } => (
+            format!(
+                "the value of joint \"{}\" of mechanism \"{}\" does not follow, with {}",
+                name(joint),
+                mechanism.name,
+                at(fraction)
+            ),
             format!(
                 "{missing} more of the freedoms of its loop must be driven, or joints must have fewer of them (a link \
-                 between two spherical joints turns about itself: make one of them universal); a loop that is drawn at \
-                 a dead point does not say which way it goes"
+                 between two spherical joints turns about itself: make one of them universal); a loop at a dead point \
+                 does not say which way it goes: pass through it within a step, without a value of `at` there"
             ),
         ),
         WayFault::Parted { joint, fraction, apart: (distance, angle) } => (

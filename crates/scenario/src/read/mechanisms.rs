@@ -63,6 +63,10 @@ fn refuse(entry: &Entry<'_>, parts: &Parts, fault: &MechanismFault) {
             let (span, name) = joint(*k);
             (span, format!("joint \"{name}\" connects a body with itself"), "name two bodies in `between`")
         }
+        MechanismFault::Follows(k) => {
+            let (span, name) = joint(*k);
+            (span, format!("joint \"{name}\" cannot follow another one"), "drive it instead")
+        }
         MechanismFault::Parallel(k) => {
             let (span, name) = joint(*k);
             let help = "give a `second_axis` across the first one, or kind = \"revolute\"";
@@ -74,7 +78,7 @@ fn refuse(entry: &Entry<'_>, parts: &Parts, fault: &MechanismFault) {
 
 /// Joints of the scenario, and the bodies that they name.
 fn from_joints(entry: &Entry<'_>) -> Option<Parts> {
-    if let Some(key) = ["tangent", "up", "orientation"].into_iter().find(|key| entry.has(key)) {
+    if let Some(key) = ["position", "tangent", "up", "orientation"].into_iter().find(|key| entry.has(key)) {
         let help = "joints are given in world coordinates; leave it out";
         entry.fault_at(key, format!("{} has `{key}` but no `urdf`", entry.label), help);
     }
@@ -101,8 +105,9 @@ fn joint(entry: &Entry<'_>, bodies: &mut Vec<String>) -> Option<MechanismJoint> 
     let name = entry.word("name");
     let word = entry.choice("kind");
     let between = entry.names("between");
-    if entry.has("between") && between.len() != 2 {
-        let message = format!("{} connects {} bodies", entry.label, between.len());
+    let count = entry.items("between").len();
+    if entry.has("between") && count != 2 {
+        let message = format!("{} connects {count} bodies", entry.label);
         entry.fault_at("between", message, "name two bodies, such as [\"ground\", \"door\"]");
     }
     let mut index = |name: &str| {
@@ -153,6 +158,11 @@ pub(crate) fn quantity(kind: &JointKind, freedom: usize) -> Quantity {
     if kind.is_length(freedom) { Quantity::Length } else { Quantity::Angle }
 }
 
+/// A value of a joint with one freedom in words.
+pub(crate) fn shown(kind: &JointKind, value: f64) -> String {
+    if kind.is_length(0) { format!("{:.3} mm", 1e3 * value) } else { format!("{:.3} deg", value.to_degrees()) }
+}
+
 fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<[f64; 2]> {
     if !entry.has("limits") {
         return None;
@@ -171,6 +181,7 @@ fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<[f64; 2]> {
     let [low, high] = [low, high].map(|node| entry.reader.number("limits", node, quantity(kind, 0), ANY));
     let (low, high) = (low?, high?);
     if low > high {
+        let [low, high] = [low, high].map(|value| shown(kind, value));
         let message = format!("the limits of {} are {low} and {high}", entry.label);
         entry.fault_at("limits", message, "give the smaller one first");
         return None;
@@ -215,12 +226,13 @@ fn from_urdf(entry: &Entry<'_>) -> Option<Parts> {
 pub(crate) fn refuse_turning(entry: &Entry<'_>, mount: Mount, directions: &[(&str, Vector)], names: &Names<'_>) {
     let mechanism = &names.mechanisms[mount.mechanism];
     for (key, direction) in directions {
-        if !mechanism.keeps(direction) {
+        if !mechanism.keeps(mount.body, direction) {
             let message = format!(
                 "`{key}` of {} is a direction of the world, and body \"{}\" may turn it",
                 entry.label, mechanism.bodies[mount.body]
             );
-            let help = "leave it out, mount it on no body, or choose a direction along the axes of all joints";
+            let help =
+                "leave it out, mount it on no body, or choose a direction along the axes of the joints that turn it";
             entry.fault_at(key, message, help);
         }
     }

@@ -8,6 +8,7 @@
 use super::entry::Entry;
 use super::reader::Reader;
 use crate::fault::did_you_mean;
+use crate::format::limits::ANY;
 use crate::format::units;
 use crate::span::Span;
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -166,7 +167,7 @@ impl Table<'_> {
             }
             let before = self.faults;
             let values: Vec<Option<f64>> =
-                (0..columns.len()).map(|k| self.value(&record, self.titles[k].0, columns[k])).collect();
+                (0..columns.len()).map(|k| self.value(&record, self.titles[k], columns[k])).collect();
             let (true, Some(t)) = (self.faults == before, values[0]) else { continue };
             if let Some((_, last, _)) = rows.last().filter(|(_, last, _)| t <= *last) {
                 let message = format!("`t` = {t} does not come after {last}");
@@ -233,12 +234,24 @@ impl Table<'_> {
         (self.faults == before).then_some(columns)
     }
 
-    /// The value of a column; `None` if there is no such column, or, with a fault, if it is no number.
-    fn value(&mut self, record: &StringRecord, name: &str, column: Column) -> Option<f64> {
+    /// The value of a column; `None` if there is no such column, or, with a fault, if it is no number or out of range.
+    fn value(&mut self, record: &StringRecord, (name, units): Title, column: Column) -> Option<f64> {
         let (place, factor) = column?;
         let text = &record[place];
         match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Some(value * factor),
+            Ok(value) if value.is_finite() => {
+                let value = value * factor;
+                if let Units::Of(quantity) = units
+                    && let limits = ANY.of(quantity)
+                    && !(limits.minimum..=limits.maximum).contains(&value)
+                {
+                    let line = self.line_of(record);
+                    let help = format!("give a value {}", limits.words(quantity));
+                    self.fault(line, &format!("`{name}` = {text} is out of range"), &help);
+                    return None;
+                }
+                Some(value)
+            }
             _ => {
                 let message = format!("`{name}` is \"{text}\", not a finite number");
                 let line = self.line_of(record);

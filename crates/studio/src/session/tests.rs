@@ -710,7 +710,10 @@ fn a_door_is_driven_and_its_plug_moved_on_it() {
     let door = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/mechanisms/door.toml");
     let mut session = session(&std::fs::read_to_string(door).expect("a scenario"));
     let [joint] = &session.scene().mechanism_joints[..] else { panic!() };
-    assert_eq!((joint.name.as_str(), joint.is_length, joint.limits.map(|l| l[0])), ("front door/hinge", false, Some(0.0)));
+    assert_eq!(
+        (joint.name.as_str(), joint.is_length, joint.limits.map(|l| l[0])),
+        ("front door/hinge", false, Some(0.0))
+    );
     let drive = |value: f64| Request::Drive { joint: "front door/hinge".into(), value };
     done(&mut session, drive(1.0));
     let on_arc = |x: f64, y: f64| {

@@ -27,6 +27,13 @@ struct Given<'f> {
     origin: Pose,
 }
 
+impl Given<'_> {
+    /// Whether it has a freedom.
+    fn moves(&self) -> bool {
+        self.node.attribute("type").is_some_and(|kind| kind != "fixed")
+    }
+}
+
 struct File<'f> {
     document: &'f Document<'f>,
     faults: Vec<UrdfFault>,
@@ -83,6 +90,12 @@ impl<'f> File<'f> {
             }
             given.push(joint);
         }
+        if given.is_empty() && self.faults.is_empty() {
+            self.fault(robot, "there are no joints", "a mechanism has at least one");
+        }
+        if !self.faults.is_empty() {
+            return None;
+        }
         let roots: Vec<&'f str> =
             links.iter().copied().filter(|link| given.iter().all(|joint| joint.child != *link)).collect();
         let root = match roots[..] {
@@ -96,12 +109,6 @@ impl<'f> File<'f> {
                 return None;
             }
         };
-        if given.is_empty() {
-            self.fault(robot, "there are no joints", "a mechanism has at least one");
-        }
-        if !self.faults.is_empty() {
-            return None;
-        }
         links.sort_by_key(|link| *link != root);
         let mut frames: Vec<Option<Pose>> = vec![None; links.len()];
         frames[0] = Some(*base);
@@ -123,7 +130,7 @@ impl<'f> File<'f> {
         let mut joints = Vec::new();
         for own in &given {
             let frame = frames[at(own.child)?]?;
-            let kind = self.kind(own, &frame)?;
+            let Some(kind) = self.kind(own, &frame) else { continue };
             let limits = self.limits(own, &kind);
             let follows = self.follows(own, &given);
             let bodies = [at(own.parent)?, at(own.child)?];
@@ -257,10 +264,10 @@ impl<'f> File<'f> {
             self.number(mimic, "offset", Quantity::Dimensionless)?,
         );
         let of = given.iter().position(|other| other.name == name);
-        let chained = of.is_some_and(|of| child(given[of].node, "mimic").is_some());
-        if chained || of.is_none() || offset.is_some_and(|offset| offset != 0.0) {
+        let leads = |of: usize| given[of].moves() && child(given[of].node, "mimic").is_none();
+        if !own.moves() || !of.is_some_and(leads) || offset.is_some_and(|offset| offset != 0.0) {
             let message = format!("joint \"{}\" mimics in a way that is not known here", own.name);
-            let help = "it must follow a joint of the file that follows no other one, without an offset";
+            let help = "a joint that moves may follow one that moves and follows no other one, without an offset";
             self.fault(mimic, message, help);
             return None;
         }
