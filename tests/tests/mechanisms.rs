@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 use wireloom::geometry::Vector;
-use wireloom::result::OperationResult;
+use wireloom::result::{OperationResult, Verdict};
 use wireloom::{Control, Run, Status, StepResult};
 use wireloom_tests::cables::{branch, built, connector, connector_along, section};
 use wireloom_tests::place::Place;
@@ -272,5 +272,34 @@ fn derivatives_by_an_angle_are_those_of_the_arc() {
             let value = found["outputs"][output]["by"][key]["value"].as_f64().expect("a number");
             assert!((value - exact).abs() < 1e-7 * exact.abs(), "{} by {}: {value} and {exact}", of[output], by[key]);
         }
+    }
+}
+
+/// A post beside the arc of the plug of a door: the plug, turned outward, comes 35 mm near to its middle, whatever the
+/// increments. A required clearance above that is broken in all of them, and one below in none.
+#[test]
+fn a_post_beside_the_arc_of_a_door_is_not_missed_between_increments() {
+    let arc = Vector::from(LOCK) - Vector::new(0.1, 0.0, LOCK[2]);
+    let post = on_door((Vector::from(LOCK) + arc.normalize() * 0.035).into(), 0.7);
+    // Less the radii of the post and the cable.
+    let least = 0.035 - 0.02 - 0.003;
+    let worst = |increments: usize, min: f64| {
+        let surroundings = format!(
+            "[[obstacles]]\nname = \"post\"\nshape = \"sphere\"\nradius = 0.02\nposition = [{}, {}, {}]\n\
+             [[requirements]]\nname = \"free\"\nquantity = \"clearance\"\n\
+             between = [{{ branch = \"loop\" }}, {{ obstacle = \"post\" }}]\nmin = {min}\n",
+            post.x, post.y, post.z
+        );
+        let plug = connector_along("door plug", "lock", LOCK, arc.into(), [0.0, 0.0, 1.0]) + "mount = \"door\"\n";
+        let run = converged(&door(&(plug + &surroundings + &drive("open", increments, "to = \"85 deg\""))));
+        let line = run.requirements.iter().find(|line| line.name == "free").expect("it is there");
+        (line.verdict, line.worst.expect("it was checked"))
+    };
+    for increments in [1, 2, 3, 4, 9] {
+        let (verdict, value) = worst(increments, 1.5 * least);
+        assert_eq!(verdict, Verdict::Fail, "{increments}: {value}");
+        let (verdict, value) = worst(increments, 0.7 * least);
+        assert_eq!(verdict, Verdict::Pass, "{increments}: {value}");
+        assert!(value > least - 1e-6, "{increments}: {value}");
     }
 }

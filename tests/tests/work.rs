@@ -33,7 +33,7 @@ const PINNED: [(&str, Work); 21] = [
     ("branches/sixteen_arms.toml", [86, 136, 242]),
     // Contact.
     ("contact/cable_on_plane.toml", [21, 82, 50]),
-    ("contact/y_on_boxes.toml", [1148, 2743, 3354]),
+    ("contact/y_on_boxes.toml", [1308, 3649, 3438]),
     ("contact/crossed_cables.toml", [18, 13, 39]),
     ("contact/capstan.toml", [816, 2148, 2319]),
     // Sliding.

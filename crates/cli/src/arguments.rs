@@ -586,6 +586,16 @@ pub struct KblArguments {
     /// File for the scenario [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// List the modules and variants of the harness, and make no scenario
+    #[arg(long, conflicts_with_all = ["output", "variant", "modules"])]
+    pub list: bool,
+    /// Import the modules of a variant of --list instead of all: wires, connectors, fixings and coverings of other ones
+    /// are left out
+    #[arg(long, value_name = "NAME", conflicts_with = "modules")]
+    pub variant: Option<String>,
+    /// Import these modules of --list instead of all
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub modules: Vec<String>,
     /// Start and end of the scenario
     #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = KblArrangement::Installed)]
     pub arrangement: KblArrangement,

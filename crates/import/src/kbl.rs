@@ -9,6 +9,7 @@
 //! | `Referenced_components` of an end node | a `connector` that holds the end; a splice stays free |
 //! | `Fixing_assignment`, `Placement` of its fixing | a `collar` where the fixing is drawn, along its channel (`V`) |
 //! | `Tolerance_indication` of a `Dimension_specification` of one segment, or of a default | a `[sweep]` in comments |
+//! | `Module`, `Harness_configuration` | parts that [`Options::selection`] leaves out, with the segments that lose all wires |
 //! | `Mass_information` of housings and terminals | a dead load at the end |
 //!
 //! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else
@@ -49,7 +50,7 @@ mod write;
 
 pub use error::ImportError;
 pub use findings::Finding;
-pub use options::{Arrangement, Imported, Options, Order};
+pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant};
 
 use findings::Findings;
 
@@ -64,8 +65,16 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
         return Err(ImportError::MaxSegment { found: options.max_segment });
     }
     let mut findings = Findings::default();
-    let document = document::read(text, &mut findings)?;
+    let document = document::read(text, &options.selection, &mut findings)?;
     let harness = convert::convert(&document, options, &mut findings)?;
     let scenario = write::scenario(&harness, options, &mut findings);
     Ok(Imported { scenario, findings: findings.list })
+}
+
+/// The modules and variants of a KBL file, for [`Options::selection`].
+///
+/// # Errors
+/// Where the text is not XML or not KBL.
+pub fn contents(text: &str) -> Result<Contents, ImportError> {
+    Ok(document::contents(document::xml(text)?.root_element()))
 }

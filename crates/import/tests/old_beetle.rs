@@ -7,7 +7,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use wireloom_import::kbl::{Imported, Options, import};
+use wireloom_import::kbl::{Imported, Options, Selection, contents, import};
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -33,7 +33,12 @@ fn main() -> ExitCode {
         ]
         .map(|trial| trial.with_ignored_flag(absent))
     })
-    .collect();
+    .collect::<Vec<_>>();
+    let path = folder.join("main_harness.kbl");
+    let absent = !path.is_file();
+    let reason = if absent { format!(" (ignored: {} is not there)", path.display()) } else { String::new() };
+    let of_variants = Trial::test(format!("main_harness: its variants{reason}"), move || variants(&path));
+    let trials = trials.into_iter().chain([of_variants.with_ignored_flag(absent)]).collect();
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
@@ -95,6 +100,25 @@ fn main_harness(imported: &Imported) -> Result<(), Failed> {
     assert_eq!(found("34 modules").len(), 1);
     // Equal things stand together.
     assert!(imported.findings.len() <= 20, "{}", imported.findings.len());
+    Ok(())
+}
+
+/// The smallest and the largest variant of the main harness, which its file names.
+fn variants(path: &PathBuf) -> Result<(), Failed> {
+    let text = std::fs::read_to_string(path)?;
+    let listed = contents(&text)?;
+    let modules: Vec<_> = listed.variants.iter().map(|own| (own.name.as_str(), own.modules.len())).collect();
+    assert_eq!(modules, [("Kombination_MAXI", 34), ("Kombination_MINI", 7), ("Freie Kombination", 0)]);
+    let scenario = |selection: Selection| -> Result<toml::Table, Failed> {
+        let imported = import(&text, &Options { selection, ..Options::default() })?;
+        checked(&imported.scenario);
+        Ok(toml::from_str(&imported.scenario)?)
+    };
+    let [least, most] = ["Kombination_MINI", "Kombination_MAXI"].map(|name| scenario(Selection::Variant(name.to_owned())));
+    let (least, most, all) = (least?, most?, scenario(Selection::All)?);
+    let counts = |scenario: &toml::Table| ["branches", "constraints"].map(|key| list(scenario, key).len());
+    assert_eq!((counts(&least), counts(&most)), ([168, 89], counts(&all)));
+    assert_eq!(most["sections"], all["sections"]);
     Ok(())
 }
 

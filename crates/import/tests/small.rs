@@ -4,7 +4,7 @@
 mod common;
 
 use common::checked;
-use wireloom_import::kbl::{Arrangement, ImportError, Imported, Options, Order, import};
+use wireloom_import::kbl::{Arrangement, Contents, ImportError, Imported, Options, Order, Selection, contents, import};
 use wireloom_scenario::bundle::{Bundle, Covered, Layer, Wire, Wires};
 use wireloom_scenario::{shipped_coverings, shipped_wires};
 
@@ -77,6 +77,86 @@ fn branches_have_the_lengths_and_paths_of_their_segments() {
     assert_eq!((float(&path[0][0]), float(&path[31][0])), (0.0, 0.3));
     let top = path.iter().map(|point| float(&point[1])).fold(0.0, f64::max);
     assert!((0.0299..=0.03).contains(&top), "{top}");
+}
+
+/// Two modules, of which each has wires of its own; plug A is in every car. The second is configured beside itself.
+fn modular() -> String {
+    with(
+        "  </Harness>",
+        r#"    <Module id="mod1"><Part_number>L-1</Part_number><Description>left</Description>
+      <Module_configuration id="mc1"><Logistic_control_information>K8S</Logistic_control_information>
+        <Controlled_components>w1 w4 plugB spliceS</Controlled_components></Module_configuration></Module>
+    <Module id="mod2"><Part_number>R-1</Part_number></Module>
+    <Module_configuration id="mc2"><Controlled_components>w2 wc clip tape1</Controlled_components>
+      <Modules>mod2</Modules></Module_configuration>
+    <Module id="mod3"><Part_number>/NULL</Part_number></Module>
+    <Harness_configuration id="v1"><Part_number>/OVMM</Part_number>
+      <Car_classification_level_4>plain</Car_classification_level_4><Modules>mod2</Modules></Harness_configuration>
+    <Harness_configuration id="v2"><Part_number>/OVMM</Part_number>
+      <Car_classification_level_4>full</Car_classification_level_4><Modules>mod1 mod2</Modules></Harness_configuration>
+    <Harness_configuration id="v3"><Part_number>/OVMM</Part_number><Modules></Modules></Harness_configuration>
+  </Harness>"#,
+    )
+}
+
+fn selected(selection: Selection) -> Result<Imported, ImportError> {
+    import(&modular(), &Options { selection, ..Options::default() })
+}
+
+#[test]
+fn modules_and_variants_are_listed_by_the_names_that_tell_them_apart() {
+    let Contents { modules, variants } = contents(&modular()).unwrap();
+    let listed: Vec<_> = modules.iter().map(|module| (module.name.as_str(), module.parts)).collect();
+    assert_eq!(listed, [("L-1", 4), ("R-1", 4), ("mod3", 0)]);
+    assert_eq!(modules[0].option_code.as_deref(), Some("K8S"));
+    let listed: Vec<_> = variants.iter().map(|variant| (variant.name.as_str(), variant.modules.join(" "))).collect();
+    assert_eq!(listed, [("plain", "R-1".to_owned()), ("full", "L-1 R-1".to_owned()), ("v3", String::new())]);
+}
+
+#[test]
+fn a_variant_has_the_parts_of_its_modules_and_no_segments_without_wires() {
+    let names = |imported: &Imported, key: &str| -> Vec<String> {
+        let scenario: toml::Table = toml::from_str(&imported.scenario).unwrap();
+        let entries = scenario.get(key).and_then(|list| list.as_array().cloned()).unwrap_or_default();
+        entries.iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect()
+    };
+    let density = |imported: &Imported| {
+        let built = checked(&imported.scenario);
+        built.sections.iter().map(|section| section.linear_density).fold(0.0, f64::max)
+    };
+    let plain = selected(Selection::Variant("plain".to_owned())).unwrap();
+    assert_eq!(names(&plain, "branches"), ["trunk", "right"]);
+    assert_eq!(names(&plain, "constraints"), ["plug A", "clip-1"]);
+    let said: Vec<String> = plain.findings.iter().map(ToString::to_string).collect();
+    assert!(said.contains(&"of the 3 modules of the harness 1 are taken".to_owned()), "{said:?}");
+    assert!(said.iter().any(|line| line.contains("no wires of the chosen modules") && line.contains("s2, s4")));
+
+    let left = selected(Selection::Modules(vec!["L-1".to_owned()])).unwrap();
+    assert_eq!(names(&left, "branches"), ["trunk", "left", "stub"]);
+    assert_eq!(names(&left, "constraints"), ["plug A", "plug B"]);
+
+    // One thin wire; it, and a core.
+    assert!(density(&left) < density(&plain), "{} {}", density(&left), density(&plain));
+    let full = selected(Selection::Variant("full".to_owned())).unwrap();
+    let all = selected(Selection::All).unwrap();
+    assert_eq!(names(&full, "branches"), names(&all, "branches"));
+    assert_eq!((density(&full), names(&full, "constraints")), (density(&all), names(&all, "constraints")));
+}
+
+#[test]
+fn modules_that_there_are_not_are_refused_with_those_that_there_are() {
+    let said = |selection: Selection| selected(selection).unwrap_err().to_string();
+    let modules = |names: &[&str]| Selection::Modules(names.iter().map(|name| (*name).to_owned()).collect());
+    assert_eq!(said(modules(&["R-1", "L-2"])), "there is no module \"L-2\"; did you mean `L-1`?");
+    assert_eq!(
+        said(Selection::Variant("empty".to_owned())),
+        "there is no variant \"empty\"; known: `plain`, `full`, `v3`"
+    );
+    assert!(
+        said(Selection::Variant("v3".to_owned()))
+            .ends_with("the variant \"v3\" has no modules; choose some by their names")
+    );
+    assert!(said(modules(&["mod3"])).starts_with("the chosen modules have no wires"));
 }
 
 /// Default tolerances, and one of its own for the trunk.

@@ -7,6 +7,7 @@ mod lines;
 mod linking;
 mod log;
 mod nodes;
+pub(crate) mod passage;
 pub(crate) mod requirements;
 pub mod result;
 pub(crate) mod sheet;

@@ -4,10 +4,11 @@ use crate::arguments::{KblArguments, KblArrangement, KblOrder};
 use crate::failure::{Failure, Outcome};
 use crate::files::{folder, load};
 use crate::print::progress::Bar;
+use crate::print::table::Columns;
 use crate::size;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
-use wireloom::import::kbl::{Arrangement, Finding, Options, Order, import};
+use wireloom::import::kbl::{Arrangement, Contents, Finding, Options, Order, Selection, contents, import};
 
 /// Places of a finding that are shown; the file has all of them.
 const ITEMS: usize = 6;
@@ -32,6 +33,13 @@ const ACCURACY: f64 = 0.02;
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let bar = Bar::new(format!("importing {}", arguments.file.display()), true);
     let text = load::text(&arguments.file)?;
+    let refused = |error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display()));
+    if arguments.list {
+        let contents = contents(&text).map_err(refused)?;
+        drop(bar);
+        list(&contents, out).map_err(Failure::standard_output)?;
+        return Ok(Outcome::Done);
+    }
     let arrangement = match arguments.arrangement {
         KblArrangement::Installed => Arrangement::Installed,
         KblArrangement::Board => Arrangement::Board,
@@ -42,14 +50,18 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         accuracy: arguments.spacing.is_none().then(|| arguments.accuracy.unwrap_or(ACCURACY)),
         arrangement,
         order: order(arguments, arrangement)?,
+        selection: match &arguments.variant {
+            Some(name) => Selection::Variant(name.clone()),
+            None if arguments.modules.is_empty() => Selection::All,
+            None => Selection::Modules(arguments.modules.clone()),
+        },
         name: arguments.name.clone(),
     };
-    let imported = import(&text, &options)
-        .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display())))?;
+    let imported = import(&text, &options).map_err(refused)?;
     drop(bar);
     let findings: String = imported.findings.iter().map(|finding| format!("found: {}\n", shortened(finding))).collect();
     // If standard error is closed, the import goes on.
-    let _ = std::io::stderr().write_all(findings.as_bytes());
+    let _ = io::stderr().write_all(findings.as_bytes());
     match &arguments.output {
         None => out.write_all(imported.scenario.as_bytes()).map_err(Failure::standard_output)?,
         Some(path) => folder::write(path, |file| file.write_all(imported.scenario.as_bytes()))?,
@@ -68,6 +80,26 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         }
         Err(faults) => Err(Failure::Refused(vec![load::refusal(target, imported.scenario, faults)])),
     }
+}
+
+/// Modules and variants of a harness.
+fn list(contents: &Contents, out: &mut dyn Write) -> io::Result<()> {
+    let text = |text: &Option<String>| text.clone().unwrap_or_default();
+    let mut modules = Columns::new(["module", ">parts", "option code", "description"]);
+    for module in &contents.modules {
+        let parts = module.parts.to_string();
+        modules.row([module.name.clone(), parts, text(&module.option_code), text(&module.description)]);
+    }
+    modules.print(out)?;
+    let mut variants = Columns::new(["variant", ">modules"]);
+    for variant in &contents.variants {
+        variants.row([variant.name.clone(), variant.modules.len().to_string()]);
+    }
+    variants.print(out)?;
+    if contents.modules.is_empty() {
+        writeln!(out, "the harness has no modules")?;
+    }
+    Ok(())
 }
 
 fn shortened(finding: &Finding) -> String {

@@ -159,6 +159,16 @@ impl Mechanism {
         }
     }
 
+    /// Upper bound of the turns of any body from fraction `a` of the step to fraction `b`.
+    pub fn turned(&self, way: &Way, a: f64, b: f64) -> f64 {
+        let inside = way.knots.iter().filter(|(t, _)| a < *t && *t < b).map(|(_, values)| values.clone());
+        let passed: Vec<Vec<f64>> = std::iter::once(self.at(way, a)).chain(inside).chain([self.at(way, b)]).collect();
+        let change = |f: usize| passed.windows(2).map(|pair| (pair[1][f] - pair[0][f]).abs()).sum::<f64>();
+        let of_joint = |k: usize| self.freedoms_of(k).filter(|f| !self.is_length(*f)).map(change).sum::<f64>();
+        let of_body = |body: usize| self.way_to(body).into_iter().map(of_joint).sum::<f64>();
+        (0..self.bodies.len()).map(of_body).fold(0.0, f64::max) / std::f64::consts::TAU
+    }
+
     /// Freedoms that follow from the driven ones, and the loops that they are solved from: those that share a joint
     /// with a driven one, directly or through other loops.
     fn unknowns(&self, driven: &[Driven]) -> (Vec<usize>, Vec<usize>) {
@@ -328,7 +338,7 @@ impl Mechanism {
         (0..self.joints.len()).flat_map(of_joint).collect()
     }
 
-    /// The joint whose value the loops leave most open, and the number of freedoms that are, from the derivatives of the
+    /// The joint whose value the loops leave most open, and the number of open freedoms, from the derivatives of the
     /// loops by the unknown freedoms.
     fn undetermined(&self, way: &Way, jacobian: &DMatrix<f64>) -> Option<(usize, usize)> {
         // JᵀJ has the squares of the singular values, and an eigenvector for each freedom that nothing determines.

@@ -3,12 +3,17 @@
 use super::curve::{Polygon, Vector};
 use super::error::ImportError;
 use super::findings::Findings;
+use super::options::Selection;
 use super::unit::{Quantity, Unit};
 use std::collections::{BTreeMap, HashMap};
 use wireloom_scenario::Places;
 
+mod modules;
 mod parts;
 mod tolerances;
+
+use modules::Chosen;
+pub(super) use modules::contents;
 
 type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
 
@@ -140,7 +145,56 @@ pub(super) struct Wire {
 }
 
 /// Reads a KBL text. Faults of the topology and unreadable numbers are errors, everything else a finding.
-pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, ImportError> {
+pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -> Result<Document, ImportError> {
+    let xml = xml(text)?;
+    let root = xml.root_element();
+    let at = xml.text_pos_at(root.range().start);
+    let mut reader = Reader {
+        ids: ids(root)?,
+        units: HashMap::new(),
+        per_copper: HashMap::new(),
+        places: Places::of(text),
+        chosen: Chosen::default(),
+        findings,
+    };
+    reader.choose(root, selection)?;
+    reader.read_units(root);
+    let (nodes, index) = reader.read_nodes(root)?;
+    let (mut segments, segment_index) = reader.read_segments(root, &index)?;
+    if segments.is_empty() {
+        return Err(ImportError::NoSegments { line: at.row, column: at.col });
+    }
+    let wires = reader.read_routings(root, &mut segments, &segment_index)?;
+    reader.read_tolerances(root, &mut segments, &segment_index)?;
+    reader.note_unused(root, &nodes);
+    reader.note_protection_lengths(root, &segments)?;
+    let document = Document { name: reader.name(root), nodes, segments, wires };
+    if *selection == Selection::All { Ok(document) } else { document.with_wires_only(findings) }
+}
+
+impl Document {
+    /// The part of the harness that has wires.
+    fn with_wires_only(mut self, findings: &mut Findings) -> Result<Self, ImportError> {
+        let empty = self.segments.extract_if(.., |segment| segment.wires.is_empty());
+        empty.for_each(|segment| findings.add_to("segments have no wires of the chosen modules; left out", segment.id));
+        if self.segments.is_empty() {
+            return Err(ImportError::NoWires);
+        }
+        let mut number = vec![None; self.nodes.len()];
+        let mut nodes: Vec<Option<Node>> = self.nodes.into_iter().map(Some).collect();
+        let mut kept = Vec::new();
+        for end in self.segments.iter_mut().flat_map(|segment| &mut segment.ends) {
+            *end = *number[*end].get_or_insert_with(|| {
+                kept.extend(nodes[*end].take());
+                kept.len() - 1
+            });
+        }
+        Ok(Self { nodes: kept, ..self })
+    }
+}
+
+/// The XML of a KBL file.
+pub(super) fn xml(text: &str) -> Result<roxmltree::Document<'_>, ImportError> {
     if let Some((at, _)) = text.match_indices("xmlns").nth(NAMESPACES) {
         let (line, column) = place(&Places::of(text), at);
         return Err(ImportError::Xml { line, column, fault: format!("it declares more than {NAMESPACES} namespaces") });
@@ -150,30 +204,11 @@ pub(super) fn read(text: &str, findings: &mut Findings) -> Result<Document, Impo
         ImportError::Xml { line: at.row, column: at.col, fault: fault.to_string() }
     })?;
     let root = xml.root_element();
-    let at = xml.text_pos_at(root.range().start);
     if root.tag_name().name() != "KBL_container" {
-        let found = root.tag_name().name().to_owned();
-        return Err(ImportError::NotKbl { line: at.row, column: at.col, found });
+        let (line, column) = position(root);
+        return Err(ImportError::NotKbl { line, column, found: root.tag_name().name().to_owned() });
     }
-    let mut reader = Reader {
-        ids: ids(root)?,
-        units: HashMap::new(),
-        per_copper: HashMap::new(),
-        places: Places::of(text),
-        findings,
-    };
-    reader.read_units(root);
-    let (nodes, index) = reader.read_nodes(root)?;
-    let (mut segments, segment_index) = reader.read_segments(root, &index)?;
-    if segments.is_empty() {
-        return Err(ImportError::NoSegments { line: at.row, column: at.col });
-    }
-    let wires = reader.read_routings(root, &mut segments, &segment_index)?;
-    reader.read_tolerances(root, &mut segments, &segment_index)?;
-    reader.note_modules(root);
-    reader.note_unused(root, &nodes);
-    reader.note_protection_lengths(root, &segments)?;
-    Ok(Document { name: reader.name(root), nodes, segments, wires })
+    Ok(xml)
 }
 
 fn position(node: Xml) -> (u32, u32) {
@@ -269,6 +304,8 @@ struct Reader<'a, 'i, 'f> {
     per_copper: HashMap<roxmltree::NodeId, Option<f64>>,
     /// Broken references are findings, of which there may be very many.
     places: Places<'a>,
+    /// The parts of the modules that are imported.
+    chosen: Chosen<'a>,
     findings: &'f mut Findings,
 }
 
@@ -406,6 +443,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             for holder in children(node, "Referenced_components") {
                 for reference in text(holder).unwrap_or_default().split_whitespace() {
                     match self.ids.get(reference) {
+                        Some(&component) if self.chosen.leaves_out(component) => {}
                         Some(&component) => {
                             let component = self.component(component, reference)?;
                             components.push(component);
@@ -536,6 +574,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             else {
                 continue;
             };
+            if self.chosen.leaves_out(occurrence) {
+                continue;
+            }
             let Some(part) = self.optional(occurrence, "Part", &["Wire_protection"], then) else { continue };
             let description = child_text(part, "Description").unwrap_or_default();
             let kind = child_text(part, "Protection_type").unwrap_or_default();
@@ -595,10 +636,15 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         for routing in children(root, "Routing") {
             let routed = ["Connection", OCCURRENCES[0], OCCURRENCES[1], OCCURRENCES[2]];
             let then = "its wire is not counted";
-            let Some(mut wire) = self.optional(routing, "Routed_wire", &routed, then) else { continue };
-            if wire.tag_name().name() == "Connection" {
-                let Some(occurrence) = self.optional(wire, "Wire", &OCCURRENCES, then) else { continue };
-                wire = occurrence;
+            let Some(routed) = self.optional(routing, "Routed_wire", &routed, then) else { continue };
+            let wire = if routed.tag_name().name() == "Connection" {
+                self.optional(routed, "Wire", &OCCURRENCES, then)
+            } else {
+                Some(routed)
+            };
+            let Some(wire) = wire else { continue };
+            if self.chosen.leaves_out(wire) {
+                continue;
             }
             let mut run = Vec::new();
             for holder in children(routing, "Segments") {
@@ -705,20 +751,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             self.findings.add_to(format!("wires without usable {}; estimated", lacking.join(", ")), title(part));
         }
         Ok(wire)
-    }
-
-    fn note_modules(&mut self, root: Xml<'a, 'i>) {
-        let modules = children(root, "Harness").flat_map(|harness| children(harness, "Module")).count();
-        if modules > 1 {
-            self.findings.add(format!(
-                "the harness has {modules} modules; the wires of all of them are taken together, as in a car with \
-                 every option"
-            ));
-        }
-        let harnesses = children(root, "Harness").count();
-        if harnesses > 1 {
-            self.findings.add(format!("the file has {harnesses} harnesses; all are taken together"));
-        }
     }
 
     /// Reports coverings whose length is not that of the places that they cover.

@@ -2,6 +2,7 @@
 
 use super::unit::Quantity;
 use wireloom_scenario::MAX_SEGMENTS;
+use wireloom_scenario::fault::did_you_mean;
 
 /// Errors of the import. Lines and columns count from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -101,6 +102,29 @@ pub enum ImportError {
         /// Column.
         column: u32,
     },
+    /// There is no module or variant of a name.
+    #[error("there is no {what} \"{found}\"; {help}")]
+    NoChoice {
+        /// Module or variant.
+        what: &'static str,
+        /// The name.
+        found: String,
+        /// The names that there are.
+        help: String,
+    },
+    /// A variant without modules.
+    #[error("{line}:{column}: the variant \"{name}\" has no modules; choose some by their names")]
+    EmptyVariant {
+        /// Line.
+        line: u32,
+        /// Column.
+        column: u32,
+        /// Its name.
+        name: String,
+    },
+    /// The chosen modules have no wires.
+    #[error("the chosen modules have no wires that run through a segment; choose more of them")]
+    NoWires,
     /// The harness has too many segments, or too long a branch.
     #[error(
         "the harness has {segments} segments of {max_segment} m, and its longest branch, `{id}`, has {length} m; a \
@@ -124,4 +148,14 @@ pub enum ImportError {
         /// Value found, m.
         found: f64,
     },
+}
+
+impl ImportError {
+    pub(super) fn choice<'n>(
+        what: &'static str,
+        found: &str,
+        known: impl IntoIterator<Item = &'n str> + Clone,
+    ) -> Self {
+        Self::NoChoice { what, found: found.to_owned(), help: did_you_mean(found, known) }
+    }
 }

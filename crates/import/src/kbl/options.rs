@@ -13,6 +13,8 @@ pub struct Options {
     pub arrangement: Arrangement,
     /// Order of installation of [`Arrangement::Assembly`].
     pub order: Order,
+    /// The modules that are imported.
+    pub selection: Selection,
     /// Name of the scenario; `None`: the description or part number of the harness.
     pub name: Option<String>,
 }
@@ -20,7 +22,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let (arrangement, order) = (Arrangement::Installed, Order::Outward);
-        Self { max_segment: 0.010, accuracy: None, arrangement, order, name: None }
+        Self { max_segment: 0.010, accuracy: None, arrangement, order, selection: Selection::All, name: None }
     }
 }
 
@@ -42,6 +44,48 @@ pub enum Order {
     Outward,
     /// Random; the same for equal seeds.
     Random(u64),
+}
+
+/// Modules of a harness that are imported.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Selection {
+    /// All of them, as in a car with every option.
+    All,
+    /// Those of a variant, by name.
+    Variant(String),
+    /// These, by name.
+    Modules(Vec<String>),
+}
+
+/// Modules and variants of a harness.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Contents {
+    /// Its modules.
+    pub modules: Vec<Module>,
+    /// Its variants.
+    pub variants: Vec<Variant>,
+}
+
+/// A module: parts that a car has together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Module {
+    /// Its name: the part number, where no other module has it.
+    pub name: String,
+    /// Its description.
+    pub description: Option<String>,
+    /// Code of the option that asks for it.
+    pub option_code: Option<String>,
+    /// Number of its parts: wires, connectors, coverings and others.
+    pub parts: usize,
+}
+
+/// A variant: modules that make a harness together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Variant {
+    /// Its name.
+    pub name: String,
+    /// Names of its modules.
+    pub modules: Vec<String>,
 }
 
 /// A scenario made from a KBL file.

@@ -9,7 +9,7 @@ use crate::format::limits::ANY;
 use crate::scenario::Facing;
 use crate::span::Span;
 use wireloom_core::mechanism::{JointKind, Mechanism, MechanismFault, MechanismJoint, Mount};
-use wireloom_core::{Pose, Quantity, Rotation, Vector};
+use wireloom_core::{Pose, Rotation, Vector};
 
 /// Name of the body that does not move.
 const GROUND: &str = "ground";
@@ -153,11 +153,6 @@ fn kind(entry: &Entry<'_>, word: &str) -> Option<JointKind> {
     })
 }
 
-/// Quantity of a freedom of a joint.
-pub(crate) fn quantity(kind: &JointKind, freedom: usize) -> Quantity {
-    if kind.is_length(freedom) { Quantity::Length } else { Quantity::Angle }
-}
-
 /// A value of a joint with one freedom in words.
 pub(crate) fn shown(kind: &JointKind, value: f64) -> String {
     if kind.is_length(0) { format!("{:.3} mm", 1e3 * value) } else { format!("{:.3} deg", value.to_degrees()) }
@@ -178,7 +173,7 @@ fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<[f64; 2]> {
         entry.fault_at("limits", message, "give the smallest and the largest value, such as [\"0 deg\", \"80 deg\"]");
         return None;
     };
-    let [low, high] = [low, high].map(|node| entry.reader.number("limits", node, quantity(kind, 0), ANY));
+    let [low, high] = [low, high].map(|node| entry.reader.number("limits", node, kind.quantity(0), ANY));
     let (low, high) = (low?, high?);
     if low > high {
         let [low, high] = [low, high].map(|value| shown(kind, value));
@@ -256,6 +251,6 @@ pub(crate) fn values(entry: &Entry<'_>, key: &str, kind: &JointKind) -> Option<V
     items
         .iter()
         .enumerate()
-        .map(|(freedom, item)| entry.reader.number(key, item, quantity(kind, freedom), ANY))
+        .map(|(freedom, item)| entry.reader.number(key, item, kind.quantity(freedom), ANY))
         .collect()
 }

@@ -1,7 +1,8 @@
 //! The sheet of a run: the worst value of every requirement so far.
 //!
 //! Every requirement is checked at the end of every increment, and at every equilibrium on the way through one: where a
-//! path has a corner or turns are resolved in parts, and where a value changes fast ([`Sheet::parts`]).
+//! path has a corner or turns are resolved in parts, where a value changes fast ([`Sheet::parts`]), and where a cable
+//! may come nearer to an obstacle in between than at both ends ([`super::passage`]).
 
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::RequirementResult;
@@ -128,9 +129,8 @@ impl Sheet {
         let parts = |(line, requirement): (&Line, &Requirement)| {
             let [Some((before, _)), Some((now, limit))] = line.recent else { return 1.0 };
             let (change, left) = ((now - before).abs(), (limit - now).abs());
-            let failed = line.worst.as_ref().is_some_and(|worst| worst.margin(false) < 0.0);
             // What holds for every harness has limits that change from place to place.
-            let watched = !failed && requirement.origin != Origin::Always;
+            let watched = !line.has_failed() && requirement.origin != Origin::Always;
             let fast = watched && change > FAST * limit.abs() && NEXT * change >= left;
             if fast { (change / (FAST * limit.abs())).ceil().clamp(2.0, MOST_PARTS) } else { 1.0 }
         };
@@ -138,6 +138,20 @@ impl Sheet {
             return 1;
         }
         self.lines.iter().zip(requirements).map(parts).fold(1.0, f64::max) as usize
+    }
+
+    /// The clearances that count in a step and have been kept so far.
+    pub fn kept_clearances<'r>(
+        &self,
+        requirements: &'r [Requirement],
+        step: usize,
+    ) -> impl Iterator<Item = &'r Requirement> + use<'r, '_> {
+        let in_step = move |steps: &Vec<usize>| steps.contains(&step);
+        let kept = |k: usize| self.lines.get(k).is_none_or(|line| !line.has_failed());
+        let clearance = move |(_, own): &(usize, &Requirement)| {
+            own.measure == Measure::Clearance && own.steps.as_ref().is_none_or(in_step)
+        };
+        requirements.iter().enumerate().filter(clearance).filter(move |(k, _)| kept(*k)).map(|(_, own)| own)
     }
 
     /// The lines of the sheet, at the end of a run with this status.
@@ -164,6 +178,11 @@ fn results(lines: &[Line], network: &Network, status: Status) -> Vec<Requirement
 }
 
 impl Line {
+    /// Whether a value was beyond its limit.
+    fn has_failed(&self) -> bool {
+        self.worst.as_ref().is_some_and(|worst| worst.margin(false) < 0.0)
+    }
+
     /// Adds what was found at an equilibrium.
     fn add(&mut self, requirement: &Requirement, found: &[Found], now: &Moment, here: Here) {
         self.checked += usize::from(!found.is_empty());
@@ -186,7 +205,7 @@ impl Line {
     }
 
     fn result(&self, requirement: &Requirement, status: Status) -> RequirementResult {
-        let failed = self.worst.as_ref().is_some_and(|worst| worst.margin(false) < 0.0);
+        let failed = self.has_failed();
         let doubted = self.doubted.as_ref().filter(|doubted| !failed && doubted.margin(true) < 0.0);
         let (verdict, reason) = if failed {
             (Verdict::Fail, None)

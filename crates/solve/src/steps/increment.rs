@@ -2,6 +2,7 @@
 
 use super::driver::{Driver, is_balanced};
 use crate::report::clearance::Cables;
+use crate::report::passage::Passage;
 use crate::report::{self, Occurrence, TwistMonitor, events, result};
 use crate::steps::certificate::Grade;
 use crate::steps::operations;
@@ -21,11 +22,12 @@ const CUT_BACKS: u32 = 4;
 const SNAP_THROUGH_FACTOR: usize = 20;
 /// Iteration limits below this fraction of the default hold for snap-through, too: they are set to see them reached.
 const SMALL_LIMIT: f64 = 0.5;
-/// Smallest part of a step that is tried where an obstacle moves against a cable.
+/// Smallest part of a step that is tried where an obstacle moves against a cable, or a cable passes one.
 const SMALLEST_PART: f64 = 1e-4;
 /// Fractions of a step that differ by less than this are the same.
 const SAME_FRACTION: f64 = 1e-9;
-/// Largest number of turns that a constraint makes in one part: half a turn would be the same in either sense.
+/// Largest number of turns that a constraint or a body makes in one part: half a turn would be the same in either
+/// sense.
 const LARGEST_TURNS: f64 = 0.2;
 
 impl Driver<'_, '_> {
@@ -192,7 +194,7 @@ impl Driver<'_, '_> {
             let mut to = corner;
             // Repeated, as turns need not be uniform over the part.
             loop {
-                let parts = plan.parts(from, to, LARGEST_TURNS);
+                let parts = plan.parts(self.problem.network, from, to, LARGEST_TURNS);
                 if parts <= 1.0 {
                     break;
                 }
@@ -240,7 +242,21 @@ impl Driver<'_, '_> {
             let half = self.advance(plan, a, middle, cuts);
             return if is_balanced(half) { self.advance(plan, middle, b, cuts) } else { half };
         }
+        let lost_twist = self.lost_twist.clone();
         let status = self.solve_from(&began);
+        if is_balanced(status) && b - a > SMALLEST_PART && self.may_break_clearance(&began) {
+            // In smaller parts it is seen whether it does.
+            self.lost_twist = lost_twist;
+            self.restore(&began, |_| false);
+            let middle = 0.5 * (a + b);
+            let half = self.advance(plan, a, middle, cuts);
+            if !is_balanced(half) {
+                return half;
+            }
+            self.update_operations(plan, middle);
+            self.check_on_the_way();
+            return self.advance(plan, middle, b, cuts);
+        }
         self.log_self_passing(status);
         if is_balanced(status) || cuts == 0 || self.is_over() {
             return status;
@@ -261,6 +277,19 @@ impl Driver<'_, '_> {
             return self.certify(status);
         }
         self.advance(plan, middle, b, cuts - 1)
+    }
+
+    /// Whether a clearance that has been kept so far may have been broken on the way through a part that began under
+    /// these conditions.
+    fn may_break_clearance(&self, began: &Conditions) -> bool {
+        let (network, now) = (self.problem.network, self.problem.conditions());
+        let before = (&self.before, began.contact.poses.as_slice());
+        let passage = Passage { network, before, after: (&self.state, now.contact.poses.as_slice()) };
+        let sheet = &self.log.sheet;
+        !self.starting
+            && sheet
+                .kept_clearances(&network.requirements, self.log.now().step_index)
+                .any(|requirement| passage.may_break(requirement))
     }
 
     /// Solves under the present conditions a part that began under others. Constraints that slipped then are assumed to

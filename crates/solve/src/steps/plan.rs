@@ -101,12 +101,13 @@ impl Plan {
         self.journeys.iter().map(|journey| journey.turns(fraction)).fold(0.0, f64::max)
     }
 
-    /// Number of equal parts of the interval from `a` to `b` of the step in which no constraint makes more than `most`
-    /// turns, if all turn uniformly.
-    pub fn parts(&self, a: f64, b: f64, most: f64) -> f64 {
+    /// Number of equal parts of the interval from `a` to `b` of the step in which no constraint and no body makes more
+    /// than `most` turns, if all turn uniformly.
+    pub fn parts(&self, network: &Network, a: f64, b: f64, most: f64) -> f64 {
         let spinning = self.journeys.iter().filter(|journey| journey.turns(1.0) > 0.0);
-        let parts = |journey: &Journey| (journey.turned(a, b) / most - ROUND_OFF).ceil();
-        spinning.map(parts).fold(1.0, f64::max)
+        let turned = spinning.map(|journey| journey.turned(a, b));
+        let driven = self.drives.iter().map(|drive| network.mechanisms[drive.mechanism].turned(&drive.way, a, b));
+        turned.chain(driven).map(|turns| (turns / most - ROUND_OFF).ceil()).fold(1.0, f64::max)
     }
 
     /// Sets the conditions at fraction `t`.

@@ -92,7 +92,9 @@ impl Driver<'_, '_> {
     pub(super) fn check_on_the_way(&mut self) {
         if !self.problem.network.requirements.is_empty() {
             let touching = self.problem.touching_points(&self.state);
-            let branches = self.branch_results(self.inspection, &touching);
+            let inspect = self.problem.has_potential();
+            let inspection = inspect.then(|| self.certifier.inspect(&mut self.problem, &self.state));
+            let branches = self.branch_results(inspection, &touching);
             let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
             let operations = self.operations.clone();
             let cables = Cables::new(self.problem.network, &branches);

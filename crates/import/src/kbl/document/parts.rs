@@ -7,7 +7,7 @@ use super::{
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Children of `KBL_container` and `Harness` that are read.
-const READ: [&str; 25] = [
+const READ: [&str; 27] = [
     "Assembly_part",
     "Assembly_part_occurrence",
     "Cartesian_point",
@@ -24,7 +24,9 @@ const READ: [&str; 25] = [
     "General_wire",
     "General_wire_occurrence",
     "Harness",
+    "Harness_configuration",
     "Module",
+    "Module_configuration",
     "Node",
     "Routing",
     "Segment",
@@ -88,6 +90,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 self.findings
                     .add_to("fixing assignments refer to no fixing of the file; held nevertheless", title(assignment));
             }
+            if fixing.is_some_and(|fixing| self.chosen.leaves_out(fixing)) {
+                continue;
+            }
             let own = assignment.attribute("id").unwrap_or("fixing");
             let part = fixing
                 .and_then(|fixing| child_text(fixing, "Part"))
@@ -123,6 +128,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 }
             }
             for occurrence in children(harness, "Connector_occurrence") {
+                if self.chosen.leaves_out(occurrence) {
+                    continue;
+                }
                 let id = occurrence.attribute("id").unwrap_or_default();
                 // Ring terminals are listed twice: the node refers to the terminal.
                 let twin = child_text(occurrence, "Usage") == Some("ring terminal");

@@ -1,0 +1,155 @@
+//! Modules of a harness and its variants: which parts a car with some of them has.
+
+use super::{ImportError, Reader, Xml, child, child_text, children, position, text};
+use crate::kbl::options::{Contents, Module, Selection, Variant};
+use std::collections::{HashMap, HashSet};
+
+/// Parts that modules control.
+#[derive(Default)]
+pub(super) struct Chosen<'a> {
+    /// Ids of the parts of the chosen modules.
+    present: HashSet<&'a str>,
+    /// Ids of the parts of all others.
+    left_out: HashSet<&'a str>,
+}
+
+impl<'a> Chosen<'a> {
+    /// Whether a part is left out: one of other modules only. What no module controls is in every car. A part within
+    /// another one, such as a core of a cable, goes with it.
+    pub fn leaves_out(&self, part: Xml<'a, '_>) -> bool {
+        let ids = || part.ancestors().filter_map(|node| node.attribute("id"));
+        !ids().any(|id| self.present.contains(id)) && ids().any(|id| self.left_out.contains(id))
+    }
+}
+
+/// Modules and variants in the file, with their elements.
+struct Known<'a, 'i> {
+    modules: Vec<(Module, Xml<'a, 'i>)>,
+    variants: Vec<(Variant, Xml<'a, 'i>)>,
+}
+
+/// The texts by which an element may be called, the best ones first.
+fn names<'a>(node: Xml<'a, '_>) -> Vec<&'a str> {
+    let of = |name| child_text(node, name);
+    let texts = [
+        of("Part_number"),
+        of("Abbreviation"),
+        of("Car_classification_level_4"),
+        of("Car_classification_level_3"),
+        of("Description"),
+        node.attribute("id"),
+    ];
+    // Some exporters write this where there is no number.
+    texts.into_iter().flatten().filter(|text| *text != "/OVMM").collect()
+}
+
+/// A name for each element: the first of its texts that no other one has.
+fn distinct(nodes: &[Xml<'_, '_>]) -> Vec<String> {
+    let mut count: HashMap<&str, usize> = HashMap::new();
+    let all: Vec<Vec<&str>> = nodes.iter().map(|node| names(*node)).collect();
+    all.iter().flatten().for_each(|text| *count.entry(text).or_default() += 1);
+    all.iter().map(|texts| (*texts.iter().find(|text| count[*text] == 1).unwrap_or(&"")).to_owned()).collect()
+}
+
+fn ids<'a>(node: Xml<'a, '_>, name: &'static str) -> Vec<&'a str> {
+    children(node, name).filter_map(text).flat_map(str::split_whitespace).collect()
+}
+
+/// Ids of the parts of a module.
+fn controlled<'a>(module: Xml<'a, '_>) -> Vec<&'a str> {
+    let own = module.attribute("id");
+    // Within the module, or beside it with a reference to it.
+    let beside = module.parent().into_iter().flat_map(|harness| children(harness, "Module_configuration"));
+    let beside = beside.filter(|configuration| own.is_some() && child_text(*configuration, "Modules") == own);
+    let all = children(module, "Module_configuration").chain(beside);
+    all.flat_map(|configuration| ids(configuration, "Controlled_components")).collect()
+}
+
+impl<'a, 'i> Known<'a, 'i> {
+    fn of(root: Xml<'a, 'i>) -> Self {
+        let all = |name| children(root, "Harness").flat_map(move |harness| children(harness, name)).collect::<Vec<_>>();
+        let modules = all("Module");
+        let module_names = distinct(&modules);
+        let by_id: HashMap<&str, &String> =
+            modules.iter().zip(&module_names).filter_map(|(node, name)| Some((node.attribute("id")?, name))).collect();
+        let variants = all("Harness_configuration");
+        let variant = |(node, name): (&Xml<'a, 'i>, String)| {
+            let modules = ids(*node, "Modules").into_iter();
+            let modules = modules.map(|id| by_id.get(id).map_or(id, |name| name.as_str()).to_owned()).collect();
+            (Variant { name, modules }, *node)
+        };
+        let variants = variants.iter().zip(distinct(&variants)).map(variant).collect();
+        let module = |(node, name): (Xml<'a, 'i>, String)| {
+            let configuration = child(node, "Module_configuration");
+            let option_code = configuration.and_then(|own| child_text(own, "Logistic_control_information"));
+            let description = child_text(node, "Description").map(str::to_owned);
+            let parts = controlled(node).len();
+            (Module { name, description, option_code: option_code.map(str::to_owned), parts }, node)
+        };
+        Self { modules: modules.into_iter().zip(module_names).map(module).collect(), variants }
+    }
+
+    /// The elements of the chosen modules.
+    fn chosen(&self, selection: &Selection) -> Result<Vec<Xml<'a, 'i>>, ImportError> {
+        let names: Vec<&str> = match selection {
+            Selection::All => return Ok(self.modules.iter().map(|(_, node)| *node).collect()),
+            Selection::Modules(names) => names.iter().map(String::as_str).collect(),
+            Selection::Variant(name) => {
+                let known = || self.variants.iter().map(|(variant, _)| variant.name.as_str());
+                let found = self.variants.iter().find(|(variant, _)| variant.name == *name);
+                let (variant, node) = found.ok_or_else(|| ImportError::choice("variant", name, known()))?;
+                if variant.modules.is_empty() {
+                    let (line, column) = position(*node);
+                    return Err(ImportError::EmptyVariant { line, column, name: name.clone() });
+                }
+                variant.modules.iter().map(String::as_str).collect()
+            }
+        };
+        let module = |name: &str| {
+            let found = self.modules.iter().find(|(module, _)| module.name == name);
+            let known = self.modules.iter().map(|(module, _)| module.name.as_str());
+            found.map(|(_, node)| *node).ok_or_else(|| ImportError::choice("module", name, known))
+        };
+        names.into_iter().map(module).collect()
+    }
+}
+
+/// The modules and variants of a file.
+pub(in crate::kbl) fn contents(root: Xml<'_, '_>) -> Contents {
+    let Known { modules, variants } = Known::of(root);
+    Contents {
+        modules: modules.into_iter().map(|(module, _)| module).collect(),
+        variants: variants.into_iter().map(|(variant, _)| variant).collect(),
+    }
+}
+
+impl<'a, 'i> Reader<'a, 'i, '_> {
+    /// Chooses modules, and reports what that means.
+    pub(super) fn choose(&mut self, root: Xml<'a, 'i>, selection: &Selection) -> Result<(), ImportError> {
+        let known = Known::of(root);
+        let chosen = known.chosen(selection)?;
+        let (all, count) = (known.modules.len(), chosen.len());
+        if *selection == Selection::All {
+            if all > 1 {
+                self.findings.add(format!(
+                    "the harness has {all} modules; the wires of all of them are taken together, as in a car with \
+                     every option (other choices: --list)"
+                ));
+            }
+        } else {
+            self.findings.add(format!("of the {all} modules of the harness {count} are taken"));
+        }
+        let taken: HashSet<roxmltree::NodeId> = chosen.iter().map(|node| node.id()).collect();
+        let (mut present, mut left_out) = (HashSet::new(), HashSet::new());
+        for (_, node) in &known.modules {
+            let parts = if taken.contains(&node.id()) { &mut present } else { &mut left_out };
+            parts.extend(controlled(*node));
+        }
+        self.chosen = Chosen { present, left_out };
+        let harnesses = children(root, "Harness").count();
+        if harnesses > 1 {
+            self.findings.add(format!("the file has {harnesses} harnesses; all are taken together"));
+        }
+        Ok(())
+    }
+}
