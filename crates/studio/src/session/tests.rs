@@ -710,7 +710,10 @@ fn a_door_is_driven_and_its_plug_moved_on_it() {
     let door = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/mechanisms/door.toml");
     let mut session = session(&std::fs::read_to_string(door).expect("a scenario"));
     let [joint] = &session.scene().mechanism_joints[..] else { panic!() };
-    assert_eq!((joint.name.as_str(), joint.is_length, joint.limits.map(|l| l[0])), ("front door/hinge", false, Some(0.0)));
+    assert_eq!(
+        (joint.name.as_str(), joint.is_length, joint.limits.map(|l| l[0])),
+        ("front door/hinge", false, Some(0.0))
+    );
     let drive = |value: f64| Request::Drive { joint: "front door/hinge".into(), value };
     done(&mut session, drive(1.0));
     let on_arc = |x: f64, y: f64| {
@@ -722,8 +725,8 @@ fn a_door_is_driven_and_its_plug_moved_on_it() {
     assert_eq!(frame::header(frames[0].as_ref().expect("there")).expect("a frame").mechanism_values, [1.0]);
     // Beyond the limit, and a joint that there is not.
     assert!(refused(&mut session, drive(2.0)).contains("beyond its limit 75.000 deg"));
-    let none = Request::Drive { joint: "hinge".into(), value: 0.0 };
-    assert_eq!(refused(&mut session, none), "there is no joint \"hinge\"");
+    let none = Request::Drive { joint: "hinges".into(), value: 0.0 };
+    assert_eq!(refused(&mut session, none), "there is no joint \"hinges\"");
     // A handle is taken, so that the harness is built anew, and the door stays open.
     hold(&mut session, "loop", 0.3, Holding::Handle);
     drag(&mut session, "door plug", &[on_arc(0.21, -0.03).into()]);

@@ -14,11 +14,11 @@ use wireloom_solve::steps::interactive::Ended;
 
 /// Largest displacement in one increment, in lengths of the longest branch: as in the search for the initial
 /// equilibrium.
-pub const MAX_MOTION: f64 = 0.1;
+pub(super) const MAX_MOTION: f64 = 0.1;
 /// Largest rotation in one increment, rad: as in the search for the initial equilibrium.
-pub const MAX_ROTATION: f64 = 0.3;
+pub(super) const MAX_ROTATION: f64 = 0.3;
 /// Largest distance of a target from where it is, in total lengths of all branches.
-pub const MAX_DISTANCE: f64 = 10.0;
+const MAX_DISTANCE: f64 = 10.0;
 
 /// Rotational degrees of freedom that a motion can prescribe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +75,7 @@ impl Goal {
     }
 
     /// The same target in the axes of a body.
-    pub fn on(&self, body: &Pose) -> Self {
+    fn on(&self, body: &Pose) -> Self {
         if *body == Pose::identity() {
             return *self;
         }
@@ -188,7 +188,7 @@ impl Drag {
 }
 
 /// A step of one increment, in which a constraint moves to a pose.
-pub fn step_to(name: &str, constraint: usize, passed: &Passed) -> Step {
+fn step_to(name: &str, constraint: usize, passed: &Passed) -> Step {
     let turn = passed.turn.as_ref().and_then(Turned::turn);
     let track = Track {
         positions: vec![(1.0, Vector::from(passed.position))],
@@ -214,7 +214,7 @@ pub fn quaternion(rotation: &Rotation) -> [f64; 4] {
 /// The next pose on the way to a target, both as the mechanism that carries the constraint is drawn
 /// ([`Checkpoint::drawn_target`]), at most one increment away (`reach`, m, and a fixed angle), and whether it is the
 /// target.
-pub fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach: f64) -> (Passed, bool) {
+fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach: f64) -> (Passed, bool) {
     let to = goal.position.map_or(from.position, Vector::from);
     let facing = turning.zip(goal.orientation).and_then(|(how, given)| Some((how, given, rotation(given)?)));
     let tangents = |q: &Rotation| [columns(&from.orientation)[2], columns(q)[2]];
