@@ -148,9 +148,7 @@ impl Mechanism {
         let next = way.knots.partition_point(|knot| knot.0 <= t);
         let (from, a) = &way.knots[next.saturating_sub(1)];
         match way.knots.get(next) {
-            Some((to, b)) if t > *from => {
-                self.closed(way, between(a, b, (t - from) / (to - from)))
-            }
+            Some((to, b)) if t > *from => self.closed(way, between(a, b, (t - from) / (to - from))),
             _ => a.clone(),
         }
     }
