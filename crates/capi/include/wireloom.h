@@ -850,6 +850,12 @@ WireloomCode wireloom_session_release(struct WireloomSession session,
                                       const char *constraint,
                                       struct WireloomError *error);
 
+// Drives a joint of a mechanism, MECHANISM/JOINT or JOINT, to a value in rad or m, along its arc.
+WireloomCode wireloom_session_drive(struct WireloomSession session,
+                                    const char *joint,
+                                    double value,
+                                    struct WireloomError *error);
+
 // Moves a body of the surroundings to a pose, in as many increments as the way needs; `position` and `orientation` as
 // in wireloom_session_move.
 WireloomCode wireloom_session_move_body(struct WireloomSession session,

@@ -211,6 +211,11 @@ class Session {
             return wireloom_session_move_body(own.handle, body, position, orientation, error);
         });
     }
+    /// Drives a joint of a mechanism to a value, rad or m.
+    void drive(const char *joint, double value) {
+        detail::checked(
+            [&](WireloomError *error) { return wireloom_session_drive(own.handle, joint, value, error); });
+    }
     /// Takes hold of the cable, with a new handle of this name.
     void hold(const char *branch, double s, const char *name) {
         detail::checked(

@@ -56,11 +56,6 @@ impl Failure {
         Self { code, place: (0, 0), message: message.into(), suggestion: suggestion.into() }
     }
 
-    /// A request that cannot be fulfilled.
-    pub fn request(message: impl Into<String>, suggestion: impl Into<String>) -> Self {
-        Self::new(WireloomCode::Request, message, suggestion)
-    }
-
     /// An invalid value.
     pub fn value(message: impl Into<String>, suggestion: impl Into<String>) -> Self {
         Self::new(WireloomCode::BadValue, message, suggestion)

@@ -105,13 +105,10 @@ impl Source {
 
     /// The same scenario with another value of a key.
     pub fn with_value(&self, key: &str, json: &str, registry: &Registry) -> Result<String, Failure> {
-        let value = serde_json::from_str(json)
-            .map_err(|error| Failure::value(format!("the value of `{key}` is not JSON: {error}"), "write JSON"))?;
-        let failure = |code| move |fault: Fault| Failure::of_fault(code, &self.text, &fault);
+        let value = value_of(key, json)?;
         // This fails if the text is not TOML, and then only.
-        record::with_markers(&self.text, &[]).map_err(failure(WireloomCode::Refused))?;
-        let code = if in_toml(&value) { WireloomCode::NotFound } else { WireloomCode::BadValue };
-        record::with_json(&self.text, key, &value, registry).map_err(failure(code))
+        record::with_markers(&self.text, &[]).map_err(|fault| Failure::refused(&self.text, &[fault]))?;
+        record::with_json(&self.text, key, &value, registry).map_err(|fault| not_set(&self.text, &value, &fault))
     }
 
     /// Adds a body: an entry of the text, and a file with its surface.
@@ -162,6 +159,18 @@ impl Source {
         self.text = text;
         Ok(())
     }
+}
+
+/// The value that a key is to have.
+pub fn value_of(key: &str, json: &str) -> Result<Json, Failure> {
+    serde_json::from_str(json)
+        .map_err(|error| Failure::value(format!("the value of `{key}` is not JSON: {error}"), "write JSON"))
+}
+
+/// Why a key of a text in TOML could not be set to a value: there is no such key, or no such value.
+pub fn not_set(text: &str, value: &Json, fault: &Fault) -> Failure {
+    let code = if in_toml(value) { WireloomCode::NotFound } else { WireloomCode::BadValue };
+    Failure::of_fault(code, text, fault)
 }
 
 /// Whether TOML has such a value: it lacks null, and whole numbers of more than 64 bits with their sign.

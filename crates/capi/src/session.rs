@@ -1,21 +1,18 @@
 //! Sessions: a harness that is moved by hand. Each one lives in a thread of its own.
 
-mod harness;
-mod live;
-
 use crate::call::{WireloomError, call};
 use crate::cancel::{self, WireloomCancel};
 use crate::failure::{Failure, WireloomCode, caught};
 use crate::result::{self, WireloomResult};
-use crate::scenario::{WireloomScenario, source};
+use crate::scenario::{Source, WireloomScenario, not_set, source, value_of};
 use crate::text::{self, WireloomText};
 use crate::{handles, pointers, worker};
-use live::Live;
 use std::ffi::c_char;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 use wireloom::session::drag::Goal;
+use wireloom::session::{Monitor, Refusal, Session, SessionError};
 
 /// What the handle is called.
 const WHAT: &str = "session";
@@ -30,7 +27,7 @@ pub struct WireloomSession {
 }
 
 /// Work on the harness; returns whether the session goes on.
-type Job = Box<dyn FnOnce(&mut Live) -> bool + Send>;
+type Job = Box<dyn FnOnce(&mut Session) -> bool + Send>;
 
 /// What the handle stands for.
 struct Kept {
@@ -51,15 +48,39 @@ fn closed() -> Failure {
     Failure::new(WireloomCode::Closed, "the session has ended", "free it, and open another one")
 }
 
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        let code = match &error {
+            SessionError::Refused { text, faults } => return Self::refused(text, faults),
+            SessionError::Key { text, fault } => return Self::of_fault(WireloomCode::NotFound, text, fault),
+            SessionError::Stopped => {
+                return Self::new(WireloomCode::Cancelled, "it was cancelled", "reset the cancel handle");
+            }
+            SessionError::Unknown(_) => WireloomCode::NotFound,
+            SessionError::Value(_) => WireloomCode::BadValue,
+            SessionError::Request(_) => WireloomCode::Request,
+            SessionError::Part(_) => WireloomCode::Part,
+        };
+        let Refusal { message, help } = error.into();
+        Self::new(code, message, help)
+    }
+}
+
+/// Opens a session in the calling thread.
+fn open(source: Source, monitor: Monitor) -> Result<Session, Failure> {
+    source.refuse_plugins().map_err(|faults| Failure::refused(&source.text, &faults))?;
+    Ok(Session::open(&source.text, Box::new(source.files), wireloom::registry(), monitor)?)
+}
+
 /// Work on the harness of a session, in its thread.
-fn ask<T: Send + 'static>(
+fn ask<T: Send + 'static, E: Into<Failure>>(
     session: WireloomSession,
-    work: impl FnOnce(&mut Live) -> Result<T, Failure> + Send + 'static,
+    work: impl FnOnce(&mut Session) -> Result<T, E> + Send + 'static,
 ) -> Result<T, Failure> {
     let kept = handles::get::<Kept>(session.id, WHAT)?;
     let (sender, answer) = channel();
-    let job: Job = Box::new(move |live| {
-        let done = caught(|| work(live));
+    let job: Job = Box::new(move |session| {
+        let done = caught(|| work(session).map_err(E::into));
         // After a panic the state is unknown.
         let goes_on = !done.as_ref().is_err_and(Failure::is_internal);
         // The caller waits.
@@ -95,15 +116,15 @@ pub extern "C" fn wireloom_session_open(
         let (jobs, queue) = channel::<Job>();
         let (opened, opening) = channel();
         let work = move || {
-            let (done, live) = match caught(|| Live::open(source, monitor)) {
-                Ok(live) => (Ok(()), Some(live)),
+            let (done, session) = match caught(|| open(source, monitor)) {
+                Ok(session) => (Ok(()), Some(session)),
                 Err(failure) => (Err(failure), None),
             };
             // The caller waits.
             let _ = opened.send(done);
-            let Some(mut live) = live else { return };
+            let Some(mut session) = session else { return };
             while let Ok(job) = queue.recv() {
-                if !job(&mut live) {
+                if !job(&mut session) {
                     return;
                 }
             }
@@ -124,7 +145,7 @@ pub extern "C" fn wireloom_session_result(
 ) -> WireloomCode {
     call(error, || {
         pointers::place(result, "result")?;
-        result::hand_over(ask(session, |live| Ok(live.state()))?, result)
+        result::hand_over(ask(session, |session| Ok::<_, Failure>(session.run()))?, result)
     })
 }
 
@@ -144,7 +165,7 @@ pub extern "C" fn wireloom_session_move(
     call(error, || {
         let name = pointers::text(constraint, "constraint")?.to_owned();
         let goal = goal(position, orientation)?;
-        ask(session, move |live| live.move_to(&name, &goal))
+        ask(session, move |session| session.move_to(&name, &goal))
     })
 }
 
@@ -161,7 +182,7 @@ pub extern "C" fn wireloom_session_hold(
     call(error, || {
         let branch = pointers::text(branch, "branch")?.to_owned();
         let handle = pointers::text(handle, "handle")?.to_owned();
-        ask(session, move |live| live.hold(&branch, s, &handle))
+        ask(session, move |session| session.hold(&branch, s, &handle))
     })
 }
 
@@ -174,7 +195,21 @@ pub extern "C" fn wireloom_session_release(
 ) -> WireloomCode {
     call(error, || {
         let name = pointers::text(constraint, "constraint")?.to_owned();
-        ask(session, move |live| live.release(&name))
+        ask(session, move |session| session.release(&name))
+    })
+}
+
+/// Drives a joint of a mechanism, MECHANISM/JOINT or JOINT, to a value in rad or m, along its arc.
+#[unsafe(no_mangle)]
+pub extern "C" fn wireloom_session_drive(
+    session: WireloomSession,
+    joint: *const c_char,
+    value: f64,
+    error: *mut WireloomError,
+) -> WireloomCode {
+    call(error, || {
+        let joint = pointers::text(joint, "joint")?.to_owned();
+        ask(session, move |session| session.drive(&joint, value))
     })
 }
 
@@ -191,7 +226,7 @@ pub extern "C" fn wireloom_session_move_body(
     call(error, || {
         let name = pointers::text(body, "body")?.to_owned();
         let goal = goal(position, orientation)?;
-        ask(session, move |live| live.move_body(&name, &goal))
+        ask(session, move |session| session.move_obstacle(&name, &goal))
     })
 }
 
@@ -206,15 +241,20 @@ pub extern "C" fn wireloom_session_set(
 ) -> WireloomCode {
     call(error, || {
         let key = pointers::text(key, "key")?.to_owned();
-        let json = pointers::text(json, "json")?.to_owned();
-        ask(session, move |live| live.set(&key, &json))
+        let value = value_of(&key, pointers::text(json, "json")?)?;
+        ask(session, move |session| {
+            session.set(&key, &value).map_err(|error| match error {
+                SessionError::Key { text, fault } => not_set(&text, &value, &fault),
+                error => error.into(),
+            })
+        })
     })
 }
 
 /// Takes the last operation back, up to 100 of them.
 #[unsafe(no_mangle)]
 pub extern "C" fn wireloom_session_undo(session: WireloomSession, error: *mut WireloomError) -> WireloomCode {
-    call(error, || ask(session, Live::undo))
+    call(error, || ask(session, Session::undo))
 }
 
 /// The scenario as TOML, with all that was done by hand as its steps.
@@ -226,7 +266,7 @@ pub extern "C" fn wireloom_session_text(
 ) -> WireloomCode {
     call(error, || {
         pointers::place(text, "text")?;
-        text::hand_over(ask(session, |live| live.text())?.into_bytes(), text)
+        text::hand_over(ask(session, |session| session.text())?.into_bytes(), text)
     })
 }
 

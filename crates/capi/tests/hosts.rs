@@ -242,7 +242,8 @@ fn numbers() -> Result<(), Failed> {
 }
 
 fn session() -> Result<(), Failed> {
-    done(compiled("session.c", &[])?.arg(scenario())).map(|printed| print(&printed))
+    let door = root().join("scenarios/mechanisms/door.toml");
+    done(compiled("session.c", &[])?.arg(door).arg(scenario())).map(|printed| print(&printed))
 }
 
 fn threads() -> Result<(), Failed> {

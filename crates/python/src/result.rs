@@ -119,6 +119,11 @@ impl Step {
         self.0.get().joints.iter().map(of).collect()
     }
 
+    /// Names of the mechanisms, with the names and values (rad, m) of their joints.
+    fn mechanisms(&self) -> Vec<(String, Vec<(String, Vec<f64>)>)> {
+        self.0.get().mechanisms.iter().map(|own| (own.name.clone(), own.joints.clone())).collect()
+    }
+
     /// Names and positions (m) of the markers.
     fn markers(&self) -> Vec<(String, [f64; 3])> {
         self.0.get().markers.iter().map(|marker| (marker.name.clone(), marker.position.into())).collect()

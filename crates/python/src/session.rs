@@ -1,164 +1,52 @@
-//! A session: a harness whose constraints are moved one by one, each time to a new equilibrium. It lives in a thread
-//! of its own.
+//! A session: a harness that is moved by hand, each time to a new equilibrium. It lives in a thread of its own.
 
 use crate::failure::Failure;
 use crate::result::Step;
-use crate::source::{Loaded, Source};
+use crate::source::Source;
 use crate::worker::{answer, caught, spawn};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, PoisonError};
-use wireloom::StepResult;
-use wireloom::geometry::{Pose, Rotation, Vector, columns, shortest};
-use wireloom::harness::{Network, Schedule};
-use wireloom::result::Status;
-use wireloom::scenario::Built;
-use wireloom::scenario::record::rotation;
-use wireloom::session::drag::{Goal, MAX_DISTANCE, MAX_MOTION, approach, quaternion, step_to, turning};
-use wireloom::session::{Checkpoint, Ended, InteractiveDriver, Interruption, Monitor};
+use wireloom::geometry::{Rotation, Vector, columns, shortest};
+use wireloom::session::drag::{Goal, quaternion};
+use wireloom::session::{Monitor, Refusal, Session as Harness, SessionError};
 
-/// The harness of a session.
-struct Live {
-    network: Network,
-    driver: InteractiveDriver,
-    at: Checkpoint,
-    /// The equilibrium.
-    end: StepResult,
-    /// The constraint that is being moved; its step is open.
-    moving: Option<usize>,
-}
-
-fn request(message: impl Into<String>, help: impl Into<String>) -> Failure {
-    Failure::Request(message.into(), help.into())
-}
-
-fn interruption(interruption: Interruption) -> Failure {
-    match interruption {
-        Interruption::Stopped => request("the motion was stopped", "repeat it"),
-        Interruption::Fault(fault) => Failure::Part(fault.to_string()),
+/// Why a session of a scenario of this name could not do something.
+fn failure(name: &str, error: SessionError) -> Failure {
+    match error {
+        SessionError::Refused { text, faults } => Failure::Refused { name: name.to_owned(), text, faults },
+        SessionError::Key { fault, .. } => Failure::Key(fault),
+        SessionError::Part(fault) => Failure::Part(fault.to_string()),
+        error => {
+            let Refusal { message, help } = error.into();
+            Failure::Request(message, help)
+        }
     }
 }
 
-/// Whether another increment may follow.
-fn is_balanced(ended: &Ended) -> bool {
-    matches!(ended.end.status, Status::Converged | Status::Stalled)
+/// Opens a session in the calling thread.
+fn open(source: &Source, monitor: Monitor) -> Result<Harness, Failure> {
+    source.refuse_plugins()?;
+    Harness::open(&source.text, Box::new(source.files()), wireloom::registry(), monitor)
+        .map_err(|error| failure(&source.name, error))
 }
 
-impl Live {
-    /// Finds the initial equilibrium and carries out the steps of the scenario.
-    fn open(source: &Source, monitor: &Monitor) -> Result<Self, Failure> {
-        let Loaded { built, .. } = source.load_with_mesh(monitor)?;
-        let Built { network, coarse, schedule, minimiser, stop, .. } = built;
-        let mut driver = InteractiveDriver::new(minimiser, stop, schedule.clearances, monitor.clone());
-        let start = driver.start(&network, coarse.as_ref(), &schedule).map_err(interruption)?;
-        let mut live = Self { network, driver, at: start.checkpoint, end: start.end, moving: None };
-        live.carry_out(&schedule)?;
-        Ok(live)
-    }
-
-    fn carry_out(&mut self, schedule: &Schedule) -> Result<(), Failure> {
-        while let Some(step) = schedule.steps.get(self.at.done().0) {
-            let ended = self.driver.advance(&self.network, step, &self.at).map_err(interruption)?;
-            self.take(ended)?;
-        }
-        Ok(())
-    }
-
-    /// An equilibrium becomes the current one.
-    fn take(&mut self, ended: Ended) -> Result<(), Failure> {
-        if !is_balanced(&ended) {
-            let message = format!("no equilibrium was found: {}", ended.end.status.word());
-            return Err(request(message, "the harness is where it was; move in smaller steps, or elsewhere"));
-        }
-        (self.at, self.end) = (ended.checkpoint, ended.end);
-        Ok(())
-    }
-
-    /// Index of an active constraint that can be moved.
-    fn constraint(&self, name: &str) -> Result<usize, Failure> {
-        let active = || (0..self.network.constraints.len()).filter(|f| self.at.acts(*f));
-        let index = active().find(|f| self.network.constraints[*f].name == name).ok_or_else(|| {
-            let names: Vec<&str> = active().map(|f| self.network.constraints[f].name.as_str()).collect();
-            request(format!("no constraint \"{name}\" is active"), format!("active: {}", names.join(", ")))
-        })?;
-        if self.network.constraints[index].stations.is_empty() {
-            let message = format!("\"{name}\" acts along a part of a branch and cannot be moved");
-            return Err(request(message, "move another constraint"));
-        }
-        Ok(index)
-    }
-
-    /// The target and where the constraint is, both as its mechanism is drawn, or what is wrong with the target.
-    fn goal(&self, index: usize, target: &Target) -> Result<(Goal, Pose), Failure> {
-        let name = &self.network.constraints[index].name;
-        let from = self.at.target(index).unwrap_or_else(Pose::identity);
-        let Target { position, orientation, tangent } = *target;
-        if let Some(to) = position {
-            let total: f64 = self.network.branches.iter().map(|branch| branch.rod.mesh().length()).sum();
-            let far = MAX_DISTANCE * total;
-            let distance = (Vector::from(to) - from.position).norm();
-            if distance.is_nan() || distance > far {
-                let message = format!("{to:?} is not a valid position for \"{name}\"");
-                return Err(request(message, format!("give a position within {far:.1} m of where it is")));
-            }
-        }
-        let turned = match (orientation, tangent) {
-            (None, None) => None,
-            (Some(_), Some(_)) => {
-                return Err(request("orientation and tangent are both given", "give one of them"));
-            }
-            (Some(q), None) => {
-                let whole = q.iter().all(|x| x.is_finite()).then(|| rotation(q)).flatten();
-                let finite = whole.filter(|q| q.coords.iter().all(|x| x.is_finite()));
-                let help = "give a quaternion [w, x, y, z] that is not zero";
-                Some(finite.ok_or_else(|| request(format!("{q:?} is not an orientation"), help))?)
-            }
-            (None, Some(d)) => Some(along(&from.orientation, d).ok_or_else(|| {
-                request(format!("{d:?} is not a direction"), "give a vector [x, y, z] that is not zero")
-            })?),
-        };
-        if turned.is_some() && turning(&self.network.constraints[index]).is_none() {
-            let message = format!("\"{name}\" does not hold the orientation of the cable, so it cannot be turned");
-            return Err(request(message, "use a constraint that holds position, tangent and twist"));
-        }
-        if position.is_none() && turned.is_none() {
-            return Err(request(
-                format!("the target of \"{name}\" is empty"),
-                "give a position, an orientation, or both",
-            ));
-        }
-        let goal = Goal { position, orientation: turned.map(|q| quaternion(&q)) };
-        let body = self.at.body_under(&self.network, index);
-        Ok((goal.on(&body), self.at.drawn_target(&self.network, index).unwrap_or(from)))
-    }
-
-    /// Moves a constraint, in as many increments as the way needs.
-    fn move_to(&mut self, name: &str, target: &Target) -> Result<(), Failure> {
-        let index = self.constraint(name)?;
-        let (goal, mut from) = self.goal(index, target)?;
-        if self.moving.is_some_and(|other| other != index) {
-            self.end_motion();
-        }
-        let how = turning(&self.network.constraints[index]);
-        let lengths = self.network.branches.iter().map(|branch| branch.rod.mesh().length());
-        let reach = MAX_MOTION * lengths.fold(0.0, f64::max);
-        let step_name = format!("move {name}");
-        loop {
-            let (passed, reached) = approach(&from, &goal, how, reach);
-            let step = step_to(&step_name, index, &passed);
-            let ended = self.driver.advance_open(&self.network, &step, &self.at).map_err(interruption)?;
-            self.take(ended)?;
-            self.moving = Some(index);
-            if reached {
-                return Ok(());
-            }
-            from = self.at.drawn_target(&self.network, index).unwrap_or(from);
-        }
-    }
-
-    fn end_motion(&mut self) {
-        if self.moving.take().is_some() {
-            (self.at, _) = self.driver.end_step(&self.network, self.at.clone(), &mut self.end);
+/// The orientation of a target, of which at most one of both is given.
+fn facing(
+    harness: &Harness,
+    constraint: &str,
+    orientation: Option<[f64; 4]>,
+    tangent: Option<[f64; 3]>,
+) -> Result<Option<[f64; 4]>, SessionError> {
+    let refused = |message: String, help: &str| SessionError::Value(Refusal::new(message, help));
+    match (orientation, tangent) {
+        (given, None) => Ok(given),
+        (Some(_), Some(_)) => Err(refused("orientation and tangent are both given".to_owned(), "give one of them")),
+        (None, Some(d)) => {
+            let turned = along(&harness.target(constraint)?.orientation, d);
+            let none = || refused(format!("{d:?} is not a direction"), "give a vector [x, y, z] that is not zero");
+            Ok(Some(quaternion(&turned.ok_or_else(none)?)))
         }
     }
 }
@@ -169,21 +57,16 @@ fn along(from: &Rotation, direction: [f64; 3]) -> Option<Rotation> {
     Some(shortest(&columns(from)[2], &d) * from)
 }
 
-/// A target pose.
-struct Target {
-    position: Option<[f64; 3]>,
-    orientation: Option<[f64; 4]>,
-    tangent: Option<[f64; 3]>,
-}
-
 /// Work on the harness; returns whether the session goes on.
-type Job = Box<dyn FnOnce(&mut Live) -> bool + Send>;
+type Job = Box<dyn FnOnce(&mut Harness) -> bool + Send>;
 
 /// Handle of a session.
 #[pyclass(frozen, module = "wireloom._wireloom")]
 pub struct Session {
     jobs: Mutex<Option<Sender<Job>>>,
     monitor: Monitor,
+    /// Name of the scenario in diagnostics.
+    name: String,
 }
 
 impl Session {
@@ -191,14 +74,14 @@ impl Session {
     fn ask<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&mut Live) -> Result<T, Failure> + Send + 'static,
+        work: impl FnOnce(&mut Harness) -> Result<T, SessionError> + Send + 'static,
     ) -> PyResult<T> {
         let (sender, messages) = channel();
-        let monitor = self.monitor.clone();
-        let job: Job = Box::new(move |live| {
+        let (monitor, name) = (self.monitor.clone(), self.name.clone());
+        let job: Job = Box::new(move |harness| {
             // Ctrl-C has stopped an earlier motion.
             monitor.go_on();
-            let done = caught(|| work(live)).flatten();
+            let done = caught(|| work(harness).map_err(|error| failure(&name, error))).flatten();
             // After a panic the state is unknown.
             let goes_on = !matches!(done, Err(Failure::Internal(_)));
             // Nobody waits after the interpreter has gone.
@@ -210,6 +93,18 @@ impl Session {
             return Err(Failure::Closed.into());
         }
         self.wait(py, messages)
+    }
+
+    /// Does something, and returns the new equilibrium.
+    fn go(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Harness) -> Result<(), SessionError> + Send + 'static,
+    ) -> PyResult<Step> {
+        self.ask(py, |harness| {
+            work(harness)?;
+            Ok(Step::alone(harness.end().clone()))
+        })
     }
 
     fn wait<T: Send>(&self, py: Python<'_>, messages: Receiver<Result<T, Failure>>) -> PyResult<T> {
@@ -226,11 +121,11 @@ impl Session {
         let monitor = Monitor::default();
         let (jobs, queue) = channel::<Job>();
         let (sender, messages) = channel();
-        let stopped_by = monitor.clone();
+        let (stopped_by, name) = (monitor.clone(), source.name.clone());
         spawn(move || {
-            let opened = caught(|| Live::open(&source, &stopped_by)).flatten();
-            let (done, live) = match opened {
-                Ok(live) => (Ok(()), Some(live)),
+            let opened = caught(|| open(&source, stopped_by)).flatten();
+            let (done, harness) = match opened {
+                Ok(harness) => (Ok(()), Some(harness)),
                 Err(failure) => (Err(failure), None),
             };
             if sender.send(done).is_err() {
@@ -238,33 +133,36 @@ impl Session {
             }
             // Whoever opens the session waits until this is gone.
             drop(sender);
-            let Some(mut live) = live else { return };
+            let Some(mut harness) = harness else { return };
             while let Ok(job) = queue.recv() {
-                if !job(&mut live) {
+                if !job(&mut harness) {
                     return;
                 }
             }
         })?;
-        let session = Self { jobs: Mutex::new(Some(jobs)), monitor };
+        let session = Self { jobs: Mutex::new(Some(jobs)), monitor, name };
         session.wait(py, messages)?;
         Ok(session)
     }
 
     /// The current equilibrium.
     fn state(&self, py: Python<'_>) -> PyResult<Step> {
-        self.ask(py, |live| Ok(Step::alone(live.end.clone())))
+        self.go(py, |_| Ok(()))
     }
 
     /// Names of the constraints that can be moved, and whether they can be turned.
     fn constraints(&self, py: Python<'_>) -> PyResult<Vec<(String, bool)>> {
-        self.ask(py, |live| {
-            let active = (0..live.network.constraints.len()).filter(|f| live.at.acts(*f));
-            let own = active.map(|f| &live.network.constraints[f]).filter(|own| !own.stations.is_empty());
-            Ok(own.map(|own| (own.name.clone(), turning(own).is_some())).collect())
+        self.ask(py, |harness| {
+            Ok(harness.movable().into_iter().map(|(name, turns)| (name.to_owned(), turns)).collect())
         })
     }
 
-    /// Moves a constraint to a pose; returns the new equilibrium.
+    /// The text of the scenario, with what was done by hand.
+    fn text(&self, py: Python<'_>) -> PyResult<String> {
+        self.ask(py, |harness| harness.text())
+    }
+
+    /// Moves a constraint to a pose.
     #[pyo3(name = "move")]
     fn move_to(
         &self,
@@ -274,10 +172,47 @@ impl Session {
         orientation: Option<[f64; 4]>,
         tangent: Option<[f64; 3]>,
     ) -> PyResult<Step> {
-        self.ask(py, move |live| {
-            live.move_to(&name, &Target { position, orientation, tangent })?;
-            Ok(Step::alone(live.end.clone()))
+        self.go(py, move |harness| {
+            let orientation = facing(harness, &name, orientation, tangent)?;
+            harness.move_to(&name, &Goal { position, orientation })
         })
+    }
+
+    /// Takes hold of the cable with a new handle.
+    fn hold(&self, py: Python<'_>, branch: String, s: f64, name: String) -> PyResult<Step> {
+        self.go(py, move |harness| harness.hold(&branch, s, &name))
+    }
+
+    /// Releases a constraint.
+    fn release(&self, py: Python<'_>, name: String) -> PyResult<Step> {
+        self.go(py, move |harness| harness.release(&name))
+    }
+
+    /// Drives a joint of a mechanism to a value.
+    fn drive(&self, py: Python<'_>, joint: String, value: f64) -> PyResult<Step> {
+        self.go(py, move |harness| harness.drive(&joint, value))
+    }
+
+    /// Moves an obstacle to a pose.
+    fn move_obstacle(
+        &self,
+        py: Python<'_>,
+        name: String,
+        position: Option<[f64; 3]>,
+        orientation: Option<[f64; 4]>,
+    ) -> PyResult<Step> {
+        self.go(py, move |harness| harness.move_obstacle(&name, &Goal { position, orientation }))
+    }
+
+    /// Sets the value of a key, which is JSON, and carries out all steps again.
+    fn set(&self, py: Python<'_>, key: String, json: &str) -> PyResult<Step> {
+        let value = serde_json::from_str(json).map_err(|error| PyValueError::new_err(format!("not JSON: {error}")))?;
+        self.go(py, move |harness| harness.set(&key, &value))
+    }
+
+    /// Takes the last operation back.
+    fn undo(&self, py: Python<'_>) -> PyResult<Step> {
+        self.go(py, Harness::undo)
     }
 
     /// Ends the session's thread; a motion that goes on is stopped.

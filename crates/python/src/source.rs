@@ -51,11 +51,6 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Beside {
-    /// Those in a folder, or those that came with the scenario.
-    fn new(folder: Option<PathBuf>, held: Option<Held>) -> Self {
-        Self { folder, held, ..Self::default() }
-    }
-
     fn path(&self, path: &str) -> Result<PathBuf, String> {
         let none = "the scenario is a text without a folder: give loads(text, folder=...)";
         Ok(self.folder.as_ref().ok_or(none)?.join(path))
@@ -126,6 +121,21 @@ impl Source {
         Failure::Refused { name: self.name.clone(), text: self.text.clone(), faults }
     }
 
+    /// The files beside it.
+    pub fn files(&self) -> Beside {
+        Beside { folder: self.folder.clone(), ..Beside::default() }
+    }
+
+    /// Refuses a text that loads plugins.
+    pub fn refuse_plugins(&self) -> Result<(), Failure> {
+        let Some((name, span)) = wireloom::scenario::plugins(&self.text).load.into_iter().next() else {
+            return Ok(());
+        };
+        let message = format!("the Python package does not load plugins yet, so \"{name}\" is not loaded");
+        let help = "carry the scenario out with the command line: wireloom run".to_owned();
+        Err(self.refused(vec![Fault { span, message, help }]))
+    }
+
     /// Reads, checks and builds it.
     pub fn load(&self) -> Result<Loaded, Failure> {
         self.load_on(wireloom::registry(), None)
@@ -133,12 +143,8 @@ impl Source {
 
     /// The same with these kinds, and with the files that came with it.
     pub fn load_on(&self, registry: Registry, held: Option<Held>) -> Result<Loaded, Failure> {
-        if let Some((name, span)) = wireloom::scenario::plugins(&self.text).load.into_iter().next() {
-            let message = format!("the Python package does not load plugins yet, so \"{name}\" is not loaded");
-            let help = "carry the scenario out with the command line: wireloom run".to_owned();
-            return Err(self.refused(vec![Fault { span, message, help }]));
-        }
-        let files = Beside::new(self.folder.clone(), held);
+        self.refuse_plugins()?;
+        let files = Beside { held, ..self.files() };
         let (scenario, built) =
             wireloom::load_with_files(&self.text, &files, &registry).map_err(|faults| self.refused(faults))?;
         let name = Path::new(&self.name).file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -23,9 +23,9 @@ mod work;
 use crate::protocol::{Notice, Request, Scene, Sheet, Timeline};
 use crate::{frame, scene, sheet};
 use drag::Drag;
-use harness::Harness;
+use harness::tightens_in_first_step;
 use mesh::Mesh;
-use refusal::{Refusal, no_start};
+use refusal::no_start;
 use serde_json::Value as Json;
 use snapshot::{MAX_FRAME_BYTES, MAX_STEP_END_BYTES, Snapshot, limit_memory};
 use std::collections::BTreeMap;
@@ -36,7 +36,7 @@ use wireloom::result::{Moment, RequirementResult};
 use wireloom::scenario::adjust::adjustable;
 use wireloom::scenario::record::{Written, with_steps, with_value};
 use wireloom::scenario::{Fault, Files};
-use wireloom::session::{Checkpoint, Monitor};
+use wireloom::session::{Checkpoint, DrivenHarness, Monitor, Refusal};
 use wireloom::{Registry, Status, StepResult};
 
 pub(crate) use snapshot::Frame;
@@ -116,12 +116,12 @@ impl Session {
     /// All faults of the text.
     pub fn open(opened: SessionInput, monitor: Monitor) -> Result<Self, Vec<Fault>> {
         let SessionInput { mut text, name, files, registry, unsaved } = opened;
-        let mut harness = Harness::load(&text, &*files, &registry, &monitor)?;
-        if harness.schedule.steps.is_empty() && harness.tightens_in_first_step() {
+        let mut harness = DrivenHarness::load(&text, &*files, &registry, &monitor)?;
+        if harness.schedule.steps.is_empty() && tightens_in_first_step(&harness.network) {
             // The first equilibrium of `run` then differs from the start.
             let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
             text = with_steps(&text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
-            harness = Harness::load(&text, &*files, &registry, &monitor)?;
+            harness = DrivenHarness::load(&text, &*files, &registry, &monitor)?;
         }
         let harness = Rc::new(harness);
         let own = harness.schedule.steps.len();
@@ -236,7 +236,7 @@ impl Session {
     /// Labels of the next undo and the next redo.
     pub fn undo_labels(&self) -> [Option<String>; 2] {
         let last = |list: &[(String, Snapshot)]| list.last().map(|(label, _)| label.clone());
-        let dragged = self.drag.as_ref().filter(|drag| drag.has_begun()).map(|drag| drag.step.clone());
+        let dragged = self.drag.as_ref().filter(|drag| drag.motion.has_begun()).map(|drag| drag.motion.step.clone());
         let redo = if dragged.is_some() { None } else { last(&self.redo) };
         [dragged.or_else(|| last(&self.undo)), redo]
     }
@@ -334,7 +334,7 @@ impl Session {
     fn save(&mut self, tab: u32) -> Result<(), Refusal> {
         let text = self.text()?;
         // The text is checked, because a draft may not be valid.
-        let checked = Harness::load(&text, &*self.files, &self.registry, &self.monitor);
+        let checked = DrivenHarness::load(&text, &*self.files, &self.registry, &self.monitor);
         (self.unsaved, self.changes.edited) = (false, true);
         self.changes.said.push((Some(tab), Notice::Saved { name: self.name.clone(), text }));
         checked.map(|_| ()).map_err(Refusal::from)
@@ -343,7 +343,7 @@ impl Session {
     /// The scenario, including the current drag.
     pub fn text(&self) -> Result<String, Fault> {
         let mut now = self.now.clone();
-        now.by_hand.extend(self.drag.as_ref().and_then(Drag::written).map(Rc::new));
+        now.by_hand.extend(self.drag.as_ref().and_then(|drag| drag.motion.written()).map(Rc::new));
         now.whole_text()
     }
 
@@ -466,7 +466,7 @@ impl Session {
             next.at = Some(end.checkpoint.clone());
         } else {
             let harness = Rc::new(self.load(&next)?);
-            let at = end.as_ref().and_then(|end| harness.transfer(&end.harness, &end.checkpoint));
+            let at = end.as_ref().and_then(|end| harness.transferred(&end.harness, &end.checkpoint));
             let Some(at) = at else {
                 return Ok(Some(next.restarted(harness)));
             };
@@ -478,13 +478,13 @@ impl Session {
     }
 
     /// Builds the harness of a snapshot's text.
-    fn load_anew(&self, snapshot: &Snapshot) -> Result<Harness, Refusal> {
+    fn load_anew(&self, snapshot: &Snapshot) -> Result<DrivenHarness, Refusal> {
         let text = snapshot.whole_text()?;
-        Ok(Harness::load(&text, &*self.files, &self.registry, &self.monitor)?)
+        Ok(DrivenHarness::load(&text, &*self.files, &self.registry, &self.monitor)?)
     }
 
     /// Builds the harness of a snapshot's text, on the mesh that the snapshot has.
-    fn load(&self, snapshot: &Snapshot) -> Result<Harness, Refusal> {
+    fn load(&self, snapshot: &Snapshot) -> Result<DrivenHarness, Refusal> {
         let harness = self.load_anew(snapshot)?;
         Ok(harness.on_mesh_of(&snapshot.harness.network, &self.registry, &self.monitor)?)
     }

@@ -304,7 +304,7 @@ impl<'a> Study<'a> {
     fn advance(&mut self, step: usize, from: &Ended) -> Result<Ended, NoAnswer> {
         let step = &self.steps[step];
         let ended = self.driver.advance(&self.network, step, &from.checkpoint).map_err(no_answer)?;
-        if matches!(ended.end.status, Status::Converged | Status::Stalled) {
+        if ended.is_balanced() {
             return Ok(ended);
         }
         Err(NoAnswer::NotConverged { step: step.name.clone(), status: ended.end.status })

@@ -2,8 +2,10 @@
 //!
 //! [`run_observed`](crate::run_observed) calls an [`Observer`] at the end of every increment and gives it a
 //! [`Checkpoint`] from which the run can be resumed to the same bits. A [`Monitor`] stops a run from any thread.
-//! [`InteractiveDriver`] carries out one increment at a time, from any checkpoint; [`drag`] has the steps that move a
-//! constraint by hand; [`transfer`] transfers a checkpoint to the same harness with other constraints.
+//!
+//! A [`Session`] is a harness that is moved by hand, each time to a new equilibrium, while its scenario is recorded. It
+//! consists of a [`DrivenHarness`], which carries out one increment at a time from any checkpoint, and of motions of
+//! constraints ([`drag`]). [`transfer`] transfers a checkpoint to the same harness with other constraints.
 //!
 //! ```
 //! use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
@@ -43,8 +45,14 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
+mod by_hand;
 pub mod drag;
+mod error;
+mod harness;
 
+pub use by_hand::{Session, attachment, joint_motion, unused_name};
+pub use error::{Refusal, SessionError};
+pub use harness::DrivenHarness;
 pub use wireloom_core::Monitor;
 pub use wireloom_solve::steps::Interruption;
 pub use wireloom_solve::steps::checkpoint::{Checkpoint, IncrementObserver, Observer, Resumed};

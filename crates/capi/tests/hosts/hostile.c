@@ -17,10 +17,10 @@
     F(result_note) F(result_step) F(result_find) F(result_branch) F(result_constraint)    \
     F(result_joint) F(result_marker) F(result_body) F(result_event)                       \
     F(result_requirement) F(result_free) F(session_open) F(session_result)                \
-    F(session_move) F(session_hold) F(session_release) F(session_move_body)               \
-    F(session_set) F(session_undo) F(session_text) F(session_free) F(sensitivities_new)   \
-    F(sensitivities_get) F(sensitivities_parameter) F(sensitivities_output)               \
-    F(sensitivities_derivative) F(sensitivities_free)
+    F(session_move) F(session_hold) F(session_release) F(session_drive)                   \
+    F(session_move_body) F(session_set) F(session_undo) F(session_text) F(session_free)   \
+    F(sensitivities_new) F(sensitivities_get) F(sensitivities_parameter)                  \
+    F(sensitivities_output) F(sensitivities_derivative) F(sensitivities_free)
 
 #define F(name) DO_##name,
 enum { FUNCTIONS(F) FUNCTION_COUNT };
@@ -173,9 +173,13 @@ static int add_box(WireloomScenario scenario) {
     return CALL(scenario_add_body, scenario, &box, NULL);
 }
 
-// The scenario of the argument with a box, a marker, and a limit that it does not keep, so that there is an event.
+// The scenario of the argument with a box, a marker, a joint that can be driven, and a limit that it does not keep, so
+// that there is an event.
 static int made(WireloomScenario *scenario) {
-    static const char more[] = "\n[[markers]]\nname = \"middle\"\nat = { branch = \"trunk\", s = \"300 mm\" }\n";
+    static const char more[] =
+        "\n[[markers]]\nname = \"middle\"\nat = { branch = \"trunk\", s = \"300 mm\" }\n"
+        "[[mechanisms]]\nname = \"lift\"\n"
+        "joints = [{ name = \"slide\", kind = \"prismatic\", between = [\"ground\", \"table\"], axis = [0, 0, 1] }]\n";
     WireloomScenario plain = {0};
     WireloomText text = {0};
     const char *toml = NULL;
@@ -261,7 +265,7 @@ static int one_call(void) {
     static size_t length;
     const double reach[] = {0.85 - 0.001 * (double)next(20), -0.25, 0};
     const double aside[] = {0.5, 0, -0.4 - 0.01 * (double)next(10)};
-    switch (next(52)) {
+    switch (next(54)) {
         case 0:
             CALL(scenario_new, name(), next(2) ? 0 : 1, name(), next(2) ? NULL : place(), error);
             break;
@@ -517,6 +521,12 @@ static int one_call(void) {
         }
         case 51:
             return !CALL(sensitivities_free, SELDOM(WireloomSensitivities)) && renewed(OF_WireloomSensitivities);
+        case 52:
+            CALL(session_drive, H(WireloomSession), name(), next(2) ? NAN : 1e308, error);
+            break;
+        case 53:
+            CALL(session_drive, SELDOM(WireloomSession), "slide", next(2) ? INFINITY : 0.01, error);
+            break;
     }
     return 0;
 }

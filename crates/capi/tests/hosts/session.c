@@ -186,6 +186,41 @@ static int drag(WireloomScenario scenario) {
     return wireloom_result_free(run);
 }
 
+// A door on its hinge: its plug goes along its arc.
+static int drive(const char *path) {
+    WireloomScenario scenario;
+    WireloomSession session;
+    WireloomResult now;
+    size_t index;
+    WireloomConstraint plug = {.size = sizeof plug};
+    DO(wireloom_scenario_read(path, &scenario, &error));
+    DO(wireloom_session_open(scenario, (WireloomCancel){0}, &session, &error));
+    DO(wireloom_scenario_free(scenario));
+    const double aside[] = {0.4, 0, 0.1}, angle = 1;
+    for (int k = 0; k < 2; k++) {
+        HOLDS(wireloom_session_drive(session, "hinges", angle, &error) == WIRELOOM_CODE_NOT_FOUND);
+        HOLDS(strstr(error.suggestion, "hinge") != NULL);
+        HOLDS(wireloom_session_drive(session, "hinge", NAN, &error) == WIRELOOM_CODE_BAD_VALUE);
+        HOLDS(wireloom_session_drive(session, "hinge", 1.5, &error) == WIRELOOM_CODE_REFUSED);
+        HOLDS(wireloom_session_move_body(session, "door panel", aside, NULL, &error) == WIRELOOM_CODE_REQUEST);
+        HOLDS(wireloom_session_set(session, "plugins.load", "[\"own.so\"]", &error) == WIRELOOM_CODE_REFUSED);
+        HOLDS(strstr(error.message, "\"own.so\" is not loaded") != NULL && error.line > 0);
+        if (k == 0) {
+            DO(wireloom_session_drive(session, "front door/hinge", angle, &error));
+        }
+        DO(wireloom_session_result(session, &now, &error));
+        DO(wireloom_result_find(now, 0, WIRELOOM_FAMILY_CONSTRAINT, "door plug", &index, &error));
+        DO(wireloom_result_constraint(now, 0, index, &plug, &error));
+        // The hinge is at 0.1, 0; as drawn the plug is at 0.3, -0.02.
+        const double x = 0.1 + 0.2 * cos(angle) + 0.02 * sin(angle), y = 0.2 * sin(angle) - 0.02 * cos(angle);
+        HOLDS(fabs(plug.position[0] - x) < 1e-9 && fabs(plug.position[1] - y) < 1e-9);
+        DO(wireloom_result_free(now));
+    }
+    DO(wireloom_session_undo(session, &error));
+    HOLDS(wireloom_session_undo(session, &error) == WIRELOOM_CODE_REQUEST);
+    return wireloom_session_free(session);
+}
+
 static int check(WireloomScenario scenario) {
     WireloomDiagnostics diagnostics;
     WireloomDiagnostic one = {.size = sizeof one};
@@ -300,7 +335,7 @@ int main(int count, char **arguments) {
     WireloomScenario scenario;
     DO(wireloom_scenario_read(arguments[count - 1], &scenario, &error));
     if (refused() || check(scenario) || derivatives(scenario) || cancel(scenario) || add_box(scenario) ||
-        drag(scenario)) {
+        drag(scenario) || drive(arguments[count - 2])) {
         return 1;
     }
     DO(wireloom_scenario_free(scenario));

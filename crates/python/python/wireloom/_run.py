@@ -387,6 +387,11 @@ class Step:
         return MappingProxyType({name: Joint(np.array(x), np.array(q)) for name, x, q in joints})
 
     @cached_property
+    def mechanisms(self) -> Mapping[str, Mapping[str, list[float]]]:
+        """Mechanisms by name, each with the values of its joints by name: one for each freedom, rad or m, 0 as drawn."""
+        return MappingProxyType({name: MappingProxyType(dict(own)) for name, own in self._handle.mechanisms()})
+
+    @cached_property
     def markers(self) -> Mapping[str, Array]:
         """Positions of the markers by name, m, shape (3,)."""
         return MappingProxyType({name: np.array(x) for name, x in self._handle.markers()})

@@ -71,6 +71,11 @@ def _plain(value: object) -> object:
     return tolist()
 
 
+def _json(value: object) -> str:
+    """A value of a scenario as JSON."""
+    return json.dumps(value, allow_nan=False, default=_plain)
+
+
 class Scenario:
     """A scenario: a harness and the steps of its installation, as the text of a TOML file.
 
@@ -135,7 +140,7 @@ class Scenario:
             ValueError: a number is not finite.
             ScenarioError: the text is not TOML.
         """
-        self._text = _wireloom.with_value(self._source(), key, json.dumps(value, allow_nan=False, default=_plain))
+        self._text = _wireloom.with_value(self._source(), key, _json(value))
 
     def __contains__(self, key: object) -> bool:
         """Whether the text has a key.

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from . import _wireloom
 from ._run import Step
-from ._scenario import Scenario
+from ._scenario import Scenario, _json
 
 
 def _numbers(what: str, value: Sequence[float] | npt.NDArray[np.float64] | None, count: int) -> list[float] | None:
@@ -26,10 +26,14 @@ def _numbers(what: str, value: Sequence[float] | npt.NDArray[np.float64] | None,
 
 
 class Session:
-    """A harness that is moved by hand, as in the studio: every motion ends in a new equilibrium.
+    """A harness that is moved by hand, as in the studio: everything that is done ends in a new equilibrium, and becomes
+    a step of the scenario.
 
     It begins in the equilibrium after all steps of the scenario. Long ways are divided into increments. A session may be
-    used by several threads, one motion at a time; other Python threads run meanwhile.
+    used by several threads, which take turns; other Python threads run meanwhile.
+
+    What fails changes nothing, with one exception: a motion that finds no equilibrium on its way stays in the last one
+    there. After Ctrl-C (`KeyboardInterrupt`) it is the same.
 
     Raises:
         ScenarioError: the scenario has faults.
@@ -44,11 +48,12 @@ class Session:
     ('converged', True)
     """
 
-    __slots__ = ("_handle",)
+    __slots__ = ("_handle", "_opened")
 
     def __init__(self, scenario: Scenario) -> None:
         if not isinstance(scenario, Scenario):
             raise TypeError(f"a session is of a Scenario, not of {type(scenario).__name__}")
+        self._opened = scenario.copy()
         self._handle = _wireloom.Session(scenario._source())
 
     @property
@@ -69,6 +74,22 @@ class Session:
         """
         return dict(self._handle.constraints())
 
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with all that was done by hand as its steps; comments stay. Its run ends in the same equilibrium.
+
+        Raises:
+            ClosedError: the session is closed.
+
+        >>> import wireloom
+        >>> with wireloom.Session(wireloom.loads(wireloom.EXAMPLE)) as session:
+        ...     step = session.move("plug-B", position=[0.7, 0.1, 0.0])
+        ...     session.scenario["steps.0.name"]
+        'drag plug-B'
+        """
+        source = self._opened
+        return Scenario(self._handle.text(), name=source._name, folder=source._folder)
+
     def move(
         self,
         constraint: str,
@@ -77,7 +98,8 @@ class Session:
         orientation: Sequence[float] | npt.NDArray[np.float64] | None = None,
         tangent: Sequence[float] | npt.NDArray[np.float64] | None = None,
     ) -> Step:
-        """Moves a constraint and returns the new equilibrium.
+        """Moves a constraint and returns the new equilibrium. Motions of one constraint that follow each other are one
+        step of the scenario, and are undone together.
 
         Args:
             constraint: its name.
@@ -87,7 +109,7 @@ class Session:
 
         Raises:
             RequestError: there is no such constraint, the target is not possible, or no equilibrium was found; then the
-                harness is where the last increment with an equilibrium has left it.
+                harness is in the last equilibrium on the way.
             ValueError: an array has another shape.
             ClosedError: the session is closed.
             KeyboardInterrupt: Ctrl-C; the harness is in the last equilibrium on the way.
@@ -100,6 +122,100 @@ class Session:
                 _numbers("tangent", tangent, 3),
             )
         )
+
+    def hold(self, branch: str, s: float, name: str) -> Step:
+        """Takes hold of the cable where it is, with a new handle, which can be moved and released.
+
+        Args:
+            branch: name of the branch.
+            s: arc length on it, m; the handle is at the node nearest to it.
+            name: name of the handle.
+
+        Raises:
+            ScenarioError: the name is taken, or nothing can be held there.
+            RequestError: there is no such branch or arc length, or no equilibrium was found.
+            ClosedError: the session is closed.
+
+        >>> import wireloom
+        >>> with wireloom.Session(wireloom.loads(wireloom.EXAMPLE)) as session:
+        ...     step = session.hold("cable", 0.5, "hand")
+        ...     session.move("hand", position=[0.3, 0.05, -0.25]).status, list(session.release("hand").constraints)
+        ('converged', ['plug-A', 'plug-B'])
+        """
+        return Step(self._handle.hold(branch, s, name))
+
+    def release(self, constraint: str) -> Step:
+        """Releases a constraint.
+
+        Raises:
+            RequestError: there is no such constraint, or no equilibrium was found.
+            ScenarioError: nothing would hold the harness without it.
+            ClosedError: the session is closed.
+        """
+        return Step(self._handle.release(constraint))
+
+    def drive(self, joint: str, value: float) -> Step:
+        """Drives a joint of a mechanism along its arc, with everything that is mounted on its bodies.
+
+        Args:
+            joint: its name, or `MECHANISM/JOINT` where several have it.
+            value: where it goes, rad or m; 0 as drawn.
+
+        Raises:
+            ScenarioError: it cannot get there: a limit is passed, or a loop does not close.
+            RequestError: there is no such joint with one freedom, or no equilibrium was found.
+            ClosedError: the session is closed.
+        """
+        return Step(self._handle.drive(joint, value))
+
+    def move_obstacle(
+        self,
+        obstacle: str,
+        *,
+        position: Sequence[float] | npt.NDArray[np.float64] | None = None,
+        orientation: Sequence[float] | npt.NDArray[np.float64] | None = None,
+    ) -> Step:
+        """Moves an obstacle.
+
+        Args:
+            obstacle: its name.
+            position: m, shape (3,); left out: where it is.
+            orientation: quaternion `[w, x, y, z]`, shape (4,); left out: as it is.
+
+        Raises:
+            RequestError: there is no such obstacle, a mechanism carries it, the target is not possible, or no equilibrium
+                was found.
+            ValueError: an array has another shape.
+            ClosedError: the session is closed.
+        """
+        return Step(
+            self._handle.move_obstacle(
+                obstacle, _numbers("position", position, 3), _numbers("orientation", orientation, 4)
+            )
+        )
+
+    def set(self, key: str, value: object) -> Step:
+        """Sets a value of the scenario, as `scenario[key] = value` does, and carries out all its steps again, with those
+        by hand.
+
+        Raises:
+            KeyError: the path leads nowhere.
+            TypeError: the value has a form that no scenario has.
+            ValueError: a number is not finite.
+            ScenarioError: the scenario has faults with it.
+            RequestError: no equilibrium was found.
+            ClosedError: the session is closed.
+        """
+        return Step(self._handle.set(key, _json(value)))
+
+    def undo(self) -> Step:
+        """Takes the last operation back, up to 100 of them.
+
+        Raises:
+            RequestError: there is none.
+            ClosedError: the session is closed.
+        """
+        return Step(self._handle.undo())
 
     def close(self) -> None:
         """Ends the session. Equilibria that it has returned stay."""

@@ -5,7 +5,7 @@ use crate::report::clearance::Cables;
 use crate::report::discretisation::NodalErrors;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
-use crate::steps::driver::{Driver, unbalanced_start_note};
+use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
 use crate::steps::initial_equilibrium::start_near;
 use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
@@ -37,6 +37,13 @@ pub struct Ended {
     pub requirements_of_step: Vec<RequirementResult>,
     /// Estimated discretisation errors of this result, by branch.
     pub errors: Vec<NodalErrors>,
+}
+
+impl Ended {
+    /// Whether another increment may follow.
+    pub fn is_balanced(&self) -> bool {
+        is_balanced(self.end.status)
+    }
 }
 
 impl Checkpoint {

@@ -2,15 +2,12 @@
 
 use super::Session;
 use super::drag::Drag;
-use super::harness::is_balanced;
-use super::refusal::{Refusal, no_start};
+use super::refusal::no_start;
 use super::snapshot::StepFrames;
 use std::rc::Rc;
 use std::sync::Arc;
-use wireloom::geometry::Vector;
-use wireloom::scenario::record::rotation;
-use wireloom::session::Interruption;
-use wireloom::session::drag::{Goal, MAX_DISTANCE, MAX_MOTION, approach, step_to, turning};
+use wireloom::session::drag::{self, Goal};
+use wireloom::session::{Interruption, Refusal};
 
 impl Session {
     /// Sets the target of a constraint.
@@ -24,116 +21,68 @@ impl Session {
         if let Some(other) = self.held.get(name).filter(|other| **other != tab) {
             return Err(Refusal::new(format!("\"{name}\" is held by tab {other}"), "wait until it is released there"));
         }
-        if self.drag.as_ref().is_some_and(|drag| drag.constraint != name) {
+        if self.drag.as_ref().is_some_and(|drag| drag.motion.name() != name) {
             self.end_drag();
         }
         let drag = match self.drag.take() {
             Some(drag) => drag,
             None => self.begin_drag(name)?,
         };
-        let checked = self.check(&drag, position, orientation);
+        let goal = Goal { position, orientation };
+        let checked = self.check(&drag.motion, &goal);
         let drag = self.drag.insert(drag);
         if let Err(refusal) = checked {
-            if !drag.has_begun() {
+            if !drag.motion.has_begun() {
                 self.end_drag();
             }
             return Err(refusal);
         }
-        drag.goal = Some(Goal { position, orientation });
+        drag.goal = Some(goal);
         drag.ends = false;
         self.held.insert(name.to_owned(), tab);
         Ok(())
     }
 
     /// Refuses an invalid target.
-    fn check(&self, drag: &Drag, position: Option<[f64; 3]>, orientation: Option<[f64; 4]>) -> Result<(), Refusal> {
-        let name = &drag.constraint;
-        if position.is_none() && orientation.is_none() {
-            return Err(Refusal::new(
-                format!("the target of \"{name}\" is empty"),
-                "give a position, an orientation, or both",
-            ));
+    fn check(&self, motion: &drag::Drag, goal: &Goal) -> Result<(), Refusal> {
+        if goal.orientation.is_some() && !motion.turns() {
+            let name = motion.name();
+            let message = format!("\"{name}\" does not hold the orientation of the cable, so it cannot be rotated");
+            return Err(Refusal::new(message, "pin it first: it then holds position, tangent and twist"));
         }
-        let far = MAX_DISTANCE * self.now.harness.total_length();
-        if let (Some(to), Some(at)) = (position, &self.now.at) {
-            let from = at.target(drag.index).map_or_else(Vector::zeros, |pose| pose.position);
-            let distance = (Vector::from(to) - from).norm();
-            if distance.is_nan() || distance > far {
-                let message = format!("{to:?} is not a valid position for \"{name}\"");
-                return Err(Refusal::new(message, format!("give a position within {far:.1} m of where it is")));
-            }
-        }
-        if let Some(q) = orientation {
-            if drag.turning.is_none() {
-                let message = format!("\"{name}\" does not hold the orientation of the cable, so it cannot be rotated");
-                return Err(Refusal::new(message, "pin it first: it then holds position, tangent and twist"));
-            }
-            if !q.iter().all(|x| x.is_finite()) || rotation(q).is_none_or(|q| !q.coords.iter().all(|x| x.is_finite())) {
-                let message = format!("{q:?} is not an orientation");
-                return Err(Refusal::new(message, "give a quaternion [w, x, y, z] that is not zero"));
-            }
-        }
-        Ok(())
+        let at = self.now.at.as_ref().ok_or_else(no_start)?;
+        Ok(motion.check(goal, &self.now.harness, at)?)
     }
 
     fn begin_drag(&mut self, name: &str) -> Result<Drag, Refusal> {
         let before = self.now.clone();
         let snapshot = self.editable_snapshot()?;
         let at = snapshot.at.as_ref().ok_or_else(no_start)?;
-        let index = snapshot.harness.active_constraint(name, at)?;
-        let constraint = &snapshot.harness.network.constraints[index];
-        if constraint.stations.is_empty() {
-            let message = format!("\"{name}\" acts along a part of a branch and cannot be moved");
-            return Err(Refusal::new(message, "hold the cable, or move another constraint"));
-        }
-        let turning = turning(constraint);
         let step = snapshot.unused_step_name(&format!("drag {name}"));
+        let motion = drag::Drag::of(step.clone(), name, &snapshot.harness, at)?;
         if snapshot.steps.len() < self.now.steps.len() || !Rc::ptr_eq(&snapshot.harness, &self.now.harness) {
             self.switch_to(snapshot);
         }
         self.now.steps.push(Rc::new(StepFrames::new(&step, true, 0)));
         self.changes.timeline = true;
-        let (passed, constraint) = (Vec::new(), name.to_owned());
-        Ok(Drag {
-            step,
-            constraint,
-            index,
-            turning,
-            turned: false,
-            passed,
-            goal: None,
-            ends: false,
-            unbalanced: false,
-            before,
-        })
+        Ok(Drag { motion, goal: None, ends: false, unbalanced: false, before })
     }
 
     /// One increment towards the target.
     pub(super) fn advance_drag(&mut self) {
         // The drag stays in place until the increment is computed, because the solver may panic.
-        let Some(drag) = &self.drag else { return };
+        let Some(drag) = &mut self.drag else { return };
         let (Some(goal), Some(at)) = (drag.goal, self.now.at.clone()) else { return };
-        let harness = self.now.harness.clone();
-        let network = &harness.network;
-        let Some(from) = at.drawn_target(network, drag.index) else { return };
-        let goal = goal.on(&at.body_under(network, drag.index));
-        let (passed, reached) = approach(&from, &goal, drag.turning, MAX_MOTION * harness.longest());
-        let step = step_to(&drag.step, drag.index, &passed);
-        let ended = harness.advance_drag(&step, &at);
+        let advanced = drag.motion.advance(&goal, &self.now.harness, &at);
         let Some(mut drag) = self.drag.take() else { return };
         if std::mem::take(&mut drag.unbalanced) {
             self.now.pop();
             self.frames_changed(self.now.frames());
         }
-        match ended {
-            Ok(ended) => {
+        match advanced {
+            Ok((ended, reached)) => {
                 self.show(&ended);
-                if is_balanced(&ended) {
-                    drag.turned |= passed.turn.is_some();
-                    drag.passed.push((passed, ended.checkpoint.drawn_target(network, drag.index).unwrap_or(from)));
-                } else {
-                    drag.unbalanced = true;
-                }
+                drag.unbalanced = !ended.is_balanced();
                 if reached || drag.unbalanced {
                     drag.goal = None;
                 }
@@ -159,7 +108,7 @@ impl Session {
             return;
         }
         self.held.remove(name);
-        match self.drag.as_mut().filter(|drag| drag.constraint == name) {
+        match self.drag.as_mut().filter(|drag| drag.motion.name() == name) {
             Some(drag) if drag.goal.is_some() => drag.ends = true,
             Some(_) => self.end_drag(),
             None => {}
@@ -169,7 +118,7 @@ impl Session {
     /// Completes the step of a drag; a drag without increments leaves no step.
     pub(super) fn end_drag(&mut self) {
         let Some(drag) = self.drag.take() else { return };
-        let Some(written) = drag.written() else {
+        let Some(written) = drag.motion.written() else {
             let unsaved = self.unsaved;
             self.switch_to(drag.before);
             self.unsaved = unsaved;
@@ -190,6 +139,6 @@ impl Session {
         self.shown.clone_from(&self.now.at);
         self.shown_sheet = self.now.shown_sheet();
         self.changes.timeline = true;
-        self.push_undo(drag.step, drag.before);
+        self.push_undo(drag.motion.step, drag.before);
     }
 }

@@ -1,31 +1,19 @@
 //! Operations between drags: grab, release, pin and clip, steps of one increment each; joints of mechanisms.
 
 use super::Session;
-use super::harness::{is_balanced, same_nodes};
-use super::refusal::{Refusal, no_start};
+use super::refusal::no_start;
 use super::snapshot::{Snapshot, StepFrames};
-use crate::frame::mechanism_values;
 use crate::protocol::Holding;
-use crate::scene;
 use std::rc::Rc;
 use wireloom::scenario::At;
-use wireloom::scenario::record::{Attachment, Begins, JointMotion, Written};
-use wireloom::session::Ended;
-use wireloom::session::drag::{MAX_MOTION, MAX_ROTATION};
-
-/// Most increments of the motion of a joint; it turns further in each of them then.
-const MOST_INCREMENTS: f64 = 1000.0;
+use wireloom::scenario::record::{Attachment, Begins, Written};
+use wireloom::session::{Ended, Refusal, attachment, joint_motion, unused_name};
 
 impl Snapshot {
     /// An unused name for a step.
     pub(super) fn unused_step_name(&self, wanted: &str) -> String {
         let own = self.harness.schedule.steps.iter().take(self.own).map(|step| step.name.as_str());
-        let taken: Vec<&str> = own.chain(self.by_hand.iter().map(|step| step.name.as_str())).collect();
-        if !taken.contains(&wanted) {
-            return wanted.to_owned();
-        }
-        let numbered = |k: usize| format!("{wanted} {k}");
-        (2..).map(numbered).find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
+        unused_name(wanted, own.chain(self.by_hand.iter().map(|step| step.name.as_str())))
     }
 
     /// An unused name for a constraint.
@@ -39,30 +27,17 @@ impl Snapshot {
     }
 }
 
-/// Rounds a length to twelve decimals, which is enough for attachments and easier to read.
-fn rounded_arc_length(s: f64) -> f64 {
-    let rounded = (s * 1e12).round() / 1e12;
-    if rounded.is_finite() { rounded } else { s }
-}
-
 impl Session {
     /// Adds a handle, a pin or a clip at the node nearest to an arc length.
     pub(super) fn hold(&mut self, tab: u32, branch: &str, s: f64, how: Holding) -> Result<(), Refusal> {
         self.end_drag();
         let snapshot = self.editable_snapshot()?;
         let last = snapshot.last.as_ref().ok_or_else(no_start)?;
-        let line = last.branches.iter().find(|line| line.name == branch).ok_or_else(|| {
-            let names: Vec<&str> = last.branches.iter().map(|line| line.name.as_str()).collect();
-            Refusal::new(format!("there is no branch \"{branch}\""), format!("known: {}", names.join(", ")))
-        })?;
-        let length = line.s.last().copied().unwrap_or(0.0);
+        let line = last.branches.iter().find(|line| line.name == branch);
+        let length = line.and_then(|line| line.s.last()).copied().unwrap_or(0.0);
         // A click at an end may be slightly beyond it.
-        if !(s >= -0.01 * length && s <= 1.01 * length) {
-            let message = format!("s = {s} m is outside branch \"{branch}\"");
-            return Err(Refusal::new(message, format!("give an arc length from 0 to {length} m")));
-        }
-        let nearest = line.s.iter().copied().min_by(|a, b| (a - s).abs().total_cmp(&(b - s).abs())).unwrap_or(0.0);
-        let at = Attachment::Branch(branch.to_owned(), rounded_arc_length(nearest));
+        let near = s >= -0.01 * length && s <= 1.01 * length;
+        let at = attachment(last, branch, if near { s.clamp(0.0, length) } else { s })?;
         let (word, kind) = match how {
             Holding::Handle => ("handle", None),
             Holding::Pin => ("pin", Some("connector")),
@@ -126,8 +101,7 @@ impl Session {
         let (other, at) = (next.harness.clone(), next.at.clone().ok_or_else(no_start)?);
         next.by_hand.push(Rc::new(written));
         let harness = Rc::new(self.load(&next)?);
-        let nodes_stay = next.last.as_ref().is_some_and(|last| same_nodes(last, &harness.network));
-        let transferred = if nodes_stay { harness.transfer(&other, &at) } else { None };
+        let transferred = harness.transferred(&other, &at);
         let again = "undo the last operation, or hold another place first";
         if self.monitor.is_stopped() {
             return Err(Refusal::new(format!("\"{label}\" was stopped"), "repeat it"));
@@ -141,7 +115,7 @@ impl Session {
         for _ in 0..step.increments {
             let from = all.last().map_or(&at, |ended| &ended.checkpoint);
             let ended = harness.advance(step, from).map_err(|trouble| Refusal::new(trouble.to_string(), again))?;
-            if !is_balanced(&ended) {
+            if !ended.is_balanced() {
                 let message = format!("no equilibrium found after \"{label}\": {}", ended.end.status.word());
                 return Err(Refusal::new(message, again));
             }
@@ -160,19 +134,8 @@ impl Session {
         self.end_drag();
         let snapshot = self.editable_snapshot()?;
         let last = snapshot.last.as_ref().ok_or_else(no_start)?;
-        let joints = scene::mechanism_joints(&snapshot.harness.network);
-        let (own, now) =
-            joints.iter().zip(mechanism_values(last)).find(|(own, _)| own.name == joint).ok_or_else(|| {
-                let names: Vec<&str> = joints.iter().map(|own| own.name.as_str()).collect();
-                Refusal::new(format!("there is no joint \"{joint}\""), format!("known: {}", names.join(", ")))
-            })?;
-        if !value.is_finite() {
-            return Err(Refusal::new(format!("{value} is not a value of a joint"), "give a number in rad or m"));
-        }
-        let reach = if own.is_length { MAX_MOTION * snapshot.harness.longest() } else { MAX_ROTATION };
-        let increments = ((value - now).abs() / reach).ceil().clamp(1.0, MOST_INCREMENTS) as usize;
+        let drive = Some(joint_motion(&snapshot.harness, last, joint, value)?);
         let name = snapshot.unused_step_name(&format!("drive {joint}"));
-        let drive = Some(JointMotion { joint: joint.to_owned(), to: value, increments });
         self.apply_step(snapshot, Written { name, drive, ..Written::default() })
     }
 }

@@ -1,8 +1,8 @@
 //! Where the mesh of a snapshot comes from: the scenario, or trial runs for its accuracy.
 
-use super::harness::Harness;
 use std::rc::Rc;
 use wireloom::mesh::Adaptation;
+use wireloom::session::DrivenHarness;
 
 /// Where the mesh of a snapshot comes from.
 #[derive(Clone)]
@@ -17,7 +17,7 @@ pub(super) enum Mesh {
 
 impl Mesh {
     /// The mesh of a harness that has just been loaded.
-    pub fn of(harness: &Harness) -> Self {
+    pub fn of(harness: &DrivenHarness) -> Self {
         Adaptation::new(&harness.scenario, &harness.network).map_or(Self::Given, |own| Self::Adapting(Box::new(own)))
     }
 

@@ -1,6 +1,5 @@
 //! Settings of a scenario, as the page shows them and as a scenario has them.
 
-use super::refusal::Refusal;
 use crate::frame::number;
 use crate::protocol::{Form, Setting};
 use serde_json::Value as Json;
@@ -8,6 +7,7 @@ use wireloom::Registry;
 use wireloom::parts::Value;
 use wireloom::scenario::Scenario;
 use wireloom::scenario::adjust::{Adjustable, Holds, adjustable};
+use wireloom::session::Refusal;
 
 /// All settings of a scenario.
 pub(super) fn all(scenario: &Scenario, registry: &Registry) -> Vec<Setting> {

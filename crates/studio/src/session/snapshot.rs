@@ -1,6 +1,5 @@
 //! Snapshots of a session for undo: text, steps, frames and checkpoints.
 
-use super::harness::Harness;
 use super::mesh::Mesh;
 use crate::frame::number;
 use crate::protocol::{Event, Timeline, TimelineStep};
@@ -11,7 +10,7 @@ use std::sync::Arc;
 use wireloom::result::{EventPlace, RequirementResult};
 use wireloom::scenario::Fault;
 use wireloom::scenario::record::{Written, with_steps};
-use wireloom::session::Checkpoint;
+use wireloom::session::{Checkpoint, DrivenHarness};
 use wireloom::{Status, StepResult};
 
 /// Limit for the memory of frames, bytes: a thousand frames of a harness of 4,000 nodes. Beyond it every second frame
@@ -43,7 +42,7 @@ pub(super) struct StepFrames {
 
 /// Result and checkpoint at the end of a step.
 pub(super) struct StepEnd {
-    pub harness: Rc<Harness>,
+    pub harness: Rc<DrivenHarness>,
     pub checkpoint: Rc<Checkpoint>,
     pub result: Arc<StepResult>,
     pub sheet: Arc<[RequirementResult]>,
@@ -76,7 +75,7 @@ pub(super) struct Snapshot {
     pub own: usize,
     /// Steps recorded interactively after them.
     pub by_hand: Vec<Rc<Written>>,
-    pub harness: Rc<Harness>,
+    pub harness: Rc<DrivenHarness>,
     pub mesh: Mesh,
     pub steps: Vec<Rc<StepFrames>>,
     /// The current checkpoint; `None` until an initial equilibrium is found.
@@ -95,13 +94,13 @@ pub(super) struct Snapshot {
 
 impl Snapshot {
     /// A snapshot without any computed step.
-    pub fn new(text: Rc<str>, own: usize, by_hand: Vec<Rc<Written>>, harness: Rc<Harness>, run: u32) -> Self {
+    pub fn new(text: Rc<str>, own: usize, by_hand: Vec<Rc<Written>>, harness: Rc<DrivenHarness>, run: u32) -> Self {
         let (mesh, steps, places, sheet) = (Mesh::of(&harness), Vec::new(), Vec::new(), Arc::default());
         Self { text, own, by_hand, harness, mesh, steps, at: None, last: None, sheet, pending: true, run, places }
     }
 
     /// This snapshot without any computed step, with another harness on the same mesh.
-    pub fn restarted(self, harness: Rc<Harness>) -> Self {
+    pub fn restarted(self, harness: Rc<DrivenHarness>) -> Self {
         Self { mesh: self.mesh, ..Self::new(self.text, self.own, self.by_hand, harness, self.run + 1) }
     }
 

@@ -725,8 +725,8 @@ fn a_door_is_driven_and_its_plug_moved_on_it() {
     assert_eq!(frame::header(frames[0].as_ref().expect("there")).expect("a frame").mechanism_values, [1.0]);
     // Beyond the limit, and a joint that there is not.
     assert!(refused(&mut session, drive(2.0)).contains("beyond its limit 75.000 deg"));
-    let none = Request::Drive { joint: "hinge".into(), value: 0.0 };
-    assert_eq!(refused(&mut session, none), "there is no joint \"hinge\"");
+    let none = Request::Drive { joint: "hinges".into(), value: 0.0 };
+    assert_eq!(refused(&mut session, none), "there is no joint \"hinges\"");
     // A handle is taken, so that the harness is built anew, and the door stays open.
     hold(&mut session, "loop", 0.3, Holding::Handle);
     drag(&mut session, "door plug", &[on_arc(0.21, -0.03).into()]);

@@ -2,12 +2,11 @@
 //! until one is fine enough. What is added by hand after that keeps the mesh.
 
 use super::Session;
-use super::harness::Harness;
 use super::mesh::Mesh;
 use super::snapshot::Snapshot;
 use std::rc::Rc;
 use wireloom::mesh::{Adaptation, Next};
-use wireloom::session::Ended;
+use wireloom::session::{DrivenHarness, Ended};
 
 impl Session {
     /// Takes an increment into account, if a trial run is under way.
@@ -25,7 +24,7 @@ impl Session {
         let Mesh::Adapting(mut adaptation) = self.now.mesh.clone() else { return };
         let mut scenario = self.now.harness.scenario.clone();
         let next = adaptation.end_trial(complete, &mut scenario);
-        let settled = |adaptation: &Adaptation, harness: &Harness| {
+        let settled = |adaptation: &Adaptation, harness: &DrivenHarness| {
             let note = adaptation.note(&harness.network);
             let kept = "steps that are added here keep it, while `run` of the saved scenario adapts it to them";
             Mesh::Settled(format!("{note}; {kept}").into())
@@ -35,8 +34,8 @@ impl Session {
             self.changes.scene = true;
             return;
         }
-        let harness = match Harness::build(scenario, &self.registry, &self.monitor) {
-            Ok(harness) => Rc::new(harness),
+        let harness = match scenario.build(&self.registry) {
+            Ok(built) => Rc::new(DrivenHarness::new(scenario, built, &self.monitor)),
             Err(faults) => {
                 self.now.stop();
                 let fault = faults.first().map_or("no mesh could be made", |fault| &fault.message);

@@ -1,6 +1,5 @@
 //! Computation, one increment at a time, of the schedule or of a drag, with a frame for each.
 
-use super::harness::is_balanced;
 use super::snapshot::StepFrames;
 use super::{Session, clearance};
 use crate::frame::{self, Header, Violation, number};
@@ -65,11 +64,11 @@ impl Session {
         match ended {
             Ok(ended) => {
                 self.show(&ended);
-                if ended.checkpoint.done().0 > index && is_balanced(&ended) {
+                if ended.checkpoint.done().0 > index && ended.is_balanced() {
                     self.now.end();
                 }
                 let complete = ended.checkpoint.done().0 == harness.schedule.steps.len();
-                if !is_balanced(&ended) || complete {
+                if !ended.is_balanced() || complete {
                     self.end_run(complete);
                 }
             }
@@ -118,7 +117,7 @@ impl Session {
         self.now.push(header.encode(&nodes).into());
         self.now.place_events(ended.checkpoint.events(), &ended.end);
         let checkpoint = Rc::new(ended.checkpoint.clone());
-        if is_balanced(ended) || self.now.at.is_none() {
+        if ended.is_balanced() || self.now.at.is_none() {
             self.now.at = Some(checkpoint.clone());
             self.now.last = Some(Arc::new(ended.end.clone()));
             self.now.sheet = ended.requirements.clone().into();

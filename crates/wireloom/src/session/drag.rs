@@ -1,19 +1,24 @@
 //! Motion of a constraint by hand: increments of limited size towards a target.
 
+use super::error::SessionError;
+use super::harness::DrivenHarness;
 use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::network::AttachedConstraint;
 use wireloom_core::rotation::{columns, shortest};
 use wireloom_core::steps::{Move, Operation, Step, Track};
 use wireloom_core::{Pose, Rotation, Vector};
-use wireloom_scenario::record::{Passed, Turned, rotation};
+use wireloom_scenario::record::{Passed, Turned, Way, Written, rotation};
+use wireloom_solve::steps::Interruption;
+use wireloom_solve::steps::checkpoint::Checkpoint;
+use wireloom_solve::steps::interactive::Ended;
 
 /// Largest displacement in one increment, in lengths of the longest branch: as in the search for the initial
 /// equilibrium.
-pub const MAX_MOTION: f64 = 0.1;
+pub(super) const MAX_MOTION: f64 = 0.1;
 /// Largest rotation in one increment, rad: as in the search for the initial equilibrium.
-pub const MAX_ROTATION: f64 = 0.3;
+pub(super) const MAX_ROTATION: f64 = 0.3;
 /// Largest distance of a target from where it is, in total lengths of all branches.
-pub const MAX_DISTANCE: f64 = 10.0;
+const MAX_DISTANCE: f64 = 10.0;
 
 /// Rotational degrees of freedom that a motion can prescribe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,8 +51,31 @@ pub struct Goal {
 }
 
 impl Goal {
+    /// Refuses a target that is empty, far from where the thing of this name is, or no pose.
+    ///
+    /// # Errors
+    /// If it is.
+    pub(super) fn check(&self, name: &str, from: &Vector, harness: &DrivenHarness) -> Result<(), SessionError> {
+        if self.position.is_none() && self.orientation.is_none() {
+            let message = format!("the target of \"{name}\" is empty");
+            return Err(SessionError::value(message, "give a position, an orientation, or both"));
+        }
+        let far = MAX_DISTANCE * harness.total_length();
+        let is_near = |to: &[f64; 3]| (Vector::from(*to) - from).norm() <= far;
+        if let Some(to) = self.position.filter(|to| !is_near(to)) {
+            let message = format!("{to:?} is not a valid position for \"{name}\"");
+            return Err(SessionError::value(message, format!("give a position within {far:.1} m of where it is")));
+        }
+        let is_rotation = |q: &[f64; 4]| rotation(*q).is_some_and(|q| q.coords.iter().all(|x| x.is_finite()));
+        if let Some(q) = self.orientation.filter(|q| !is_rotation(q)) {
+            let help = "give a quaternion [w, x, y, z] that is not zero";
+            return Err(SessionError::value(format!("{q:?} is not an orientation"), help));
+        }
+        Ok(())
+    }
+
     /// The same target in the axes of a body.
-    pub fn on(&self, body: &Pose) -> Self {
+    fn on(&self, body: &Pose) -> Self {
         if *body == Pose::identity() {
             return *self;
         }
@@ -59,8 +87,108 @@ impl Goal {
     }
 }
 
-/// A step of one increment, in which a constraint moves to a pose that [`approach`] has found.
-pub fn step_to(name: &str, constraint: usize, passed: &Passed) -> Step {
+/// A constraint that is moved by hand. Its motion is one step of the scenario; each target is an increment, or some.
+#[derive(Clone, Debug)]
+pub struct Drag {
+    /// Name of the step.
+    pub step: String,
+    constraint: usize,
+    name: String,
+    turning: Option<Turning>,
+    /// Whether it has turned so far.
+    turned: bool,
+    /// Poses that it has passed: as recorded, and as reached.
+    passed: Vec<(Passed, Pose)>,
+}
+
+impl Drag {
+    /// A motion of an active constraint that has not begun.
+    ///
+    /// # Errors
+    /// If there is no such constraint, or it has no place that could be moved.
+    pub fn of(step: String, name: &str, harness: &DrivenHarness, at: &Checkpoint) -> Result<Self, SessionError> {
+        let constraint = harness.active_constraint(name, at)?;
+        let own = &harness.network.constraints[constraint];
+        if own.stations.is_empty() {
+            let message = format!("\"{name}\" acts along a part of a branch and cannot be moved");
+            return Err(SessionError::request(message, "hold the cable, or move another constraint"));
+        }
+        let turning = turning(own);
+        Ok(Self { step, constraint, name: name.to_owned(), turning, turned: false, passed: Vec::new() })
+    }
+
+    /// Name of the constraint.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether it can be turned.
+    pub fn turns(&self) -> bool {
+        self.turning.is_some()
+    }
+
+    /// Whether any increment has been recorded.
+    pub fn has_begun(&self) -> bool {
+        !self.passed.is_empty()
+    }
+
+    /// Refuses a target that is empty, far away, or not one of the constraint.
+    ///
+    /// # Errors
+    /// If it is.
+    pub fn check(&self, goal: &Goal, harness: &DrivenHarness, at: &Checkpoint) -> Result<(), SessionError> {
+        let stands = at.target(self.constraint).unwrap_or_else(Pose::identity);
+        goal.check(&self.name, &stands.position, harness)?;
+        if goal.orientation.is_some() && self.turning.is_none() {
+            let name = &self.name;
+            let message = format!("\"{name}\" does not hold the orientation of the cable, so it cannot be turned");
+            return Err(SessionError::request(message, "use a constraint that holds position, tangent and twist"));
+        }
+        Ok(())
+    }
+
+    /// Computes one increment towards a target, and whether it ends there. It is recorded if it ends in balance.
+    ///
+    /// # Errors
+    /// If no result is obtained.
+    pub fn advance(
+        &mut self,
+        goal: &Goal,
+        harness: &DrivenHarness,
+        at: &Checkpoint,
+    ) -> Result<(Ended, bool), Interruption> {
+        let target = |at: &Checkpoint| at.drawn_target(&harness.network, self.constraint);
+        let from = target(at).unwrap_or_else(Pose::identity);
+        let goal = goal.on(&at.body_under(&harness.network, self.constraint));
+        let (passed, reached) = approach(&from, &goal, self.turning, MAX_MOTION * harness.longest());
+        let ended = harness.advance_open(&step_to(&self.step, self.constraint, &passed), at)?;
+        if ended.is_balanced() {
+            let stands = target(&ended.checkpoint).unwrap_or(from);
+            self.turned |= passed.turn.is_some();
+            self.passed.push((passed, stands));
+        }
+        Ok((ended, reached))
+    }
+
+    /// The step as the scenario has it; `None` if nothing was recorded.
+    pub fn written(&self) -> Option<Written> {
+        if self.passed.is_empty() {
+            return None;
+        }
+        let place = |(passed, stood): &(Passed, Pose)| {
+            let turn = || match self.turning? {
+                Turning::Frame => Some(Turned::Orientation(quaternion(&stood.orientation))),
+                Turning::Tangent => Some(Turned::Tangent(columns(&stood.orientation)[2].into())),
+            };
+            Passed { turn: if self.turned { passed.turn.or_else(turn) } else { None }, ..*passed }
+        };
+        let way = Way { constraint: self.name.clone(), places: self.passed.iter().map(place).collect() };
+        Some(Written { name: self.step.clone(), way: Some(way), ..Written::default() })
+    }
+}
+
+/// A step of one increment, in which a constraint moves to a pose.
+fn step_to(name: &str, constraint: usize, passed: &Passed) -> Step {
     let turn = passed.turn.as_ref().and_then(Turned::turn);
     let track = Track {
         positions: vec![(1.0, Vector::from(passed.position))],
@@ -83,11 +211,10 @@ pub fn quaternion(rotation: &Rotation) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// The next pose on the way to a target, both in the axes of the body that carries the constraint
-/// ([`Checkpoint::drawn_target`](crate::session::Checkpoint::drawn_target)), at most one increment away (`reach`, m,
-/// and a fixed angle), and whether it is
-/// the target.
-pub fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach: f64) -> (Passed, bool) {
+/// The next pose on the way to a target, both as the mechanism that carries the constraint is drawn
+/// ([`Checkpoint::drawn_target`]), at most one increment away (`reach`, m, and a fixed angle), and whether it is the
+/// target.
+fn approach(from: &Pose, goal: &Goal, turning: Option<Turning>, reach: f64) -> (Passed, bool) {
     let to = goal.position.map_or(from.position, Vector::from);
     let facing = turning.zip(goal.orientation).and_then(|(how, given)| Some((how, given, rotation(given)?)));
     let tangents = |q: &Rotation| [columns(&from.orientation)[2], columns(q)[2]];
