@@ -111,10 +111,11 @@ fn variants(path: &PathBuf) -> Result<(), Failed> {
     assert_eq!(modules, [("Kombination_MAXI", 34), ("Kombination_MINI", 7), ("Freie Kombination", 0)]);
     let scenario = |selection: Selection| -> Result<toml::Table, Failed> {
         let imported = import(&text, &Options { selection, ..Options::default() })?;
-        checked(&imported.scenario);
+        common::checked(&imported.scenario);
         Ok(toml::from_str(&imported.scenario)?)
     };
-    let [least, most] = ["Kombination_MINI", "Kombination_MAXI"].map(|name| scenario(Selection::Variant(name.to_owned())));
+    let [least, most] =
+        ["Kombination_MINI", "Kombination_MAXI"].map(|name| scenario(Selection::Variant(name.to_owned())));
     let (least, most, all) = (least?, most?, scenario(Selection::All)?);
     let counts = |scenario: &toml::Table| ["branches", "constraints"].map(|key| list(scenario, key).len());
     assert_eq!((counts(&least), counts(&most)), ([168, 89], counts(&all)));
