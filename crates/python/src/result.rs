@@ -39,6 +39,9 @@ impl Step {
     }
 }
 
+/// Names of joints of a mechanism, each with the values of its freedoms, rad and m.
+type JointValues = Vec<(String, Vec<f64>)>;
+
 #[pymethods]
 impl Step {
     #[getter]
@@ -120,7 +123,7 @@ impl Step {
     }
 
     /// Names of the mechanisms, with the names and values (rad, m) of their joints.
-    fn mechanisms(&self) -> Vec<(String, Vec<(String, Vec<f64>)>)> {
+    fn mechanisms(&self) -> Vec<(String, JointValues)> {
         self.0.get().mechanisms.iter().map(|own| (own.name.clone(), own.joints.clone())).collect()
     }
 
