@@ -7,9 +7,6 @@ use wireloom::geometry::{Vector, columns};
 use wireloom::result::{BranchResult, ConstraintResult};
 use wireloom::{Run, StepResult, result};
 
-/// Names of the joints of a mechanism, each with its values, rad or m.
-type Joints = Vec<(String, Vec<f64>)>;
-
 /// Where the result of an increment is kept.
 #[derive(Clone)]
 enum Kept {
@@ -41,6 +38,9 @@ impl Step {
         Self(Kept::Alone(Arc::new(step)))
     }
 }
+
+/// Names of joints of a mechanism, each with the values of its freedoms, rad and m.
+type JointValues = Vec<(String, Vec<f64>)>;
 
 #[pymethods]
 impl Step {
@@ -122,8 +122,8 @@ impl Step {
         self.0.get().joints.iter().map(of).collect()
     }
 
-    /// Names of the mechanisms, with their joints.
-    fn mechanisms(&self) -> Vec<(String, Joints)> {
+    /// Names of the mechanisms, with the names and values (rad, m) of their joints.
+    fn mechanisms(&self) -> Vec<(String, JointValues)> {
         self.0.get().mechanisms.iter().map(|own| (own.name.clone(), own.joints.clone())).collect()
     }
 

@@ -76,7 +76,8 @@ class Session:
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario with all that was done by hand as its steps; comments stay. Its run ends in the same equilibrium.
+        """The scenario with all that was done by hand as its steps; comments stay. Its run ends in the same
+        equilibrium; with `[mesh] accuracy` within that accuracy.
 
         Raises:
             ClosedError: the session is closed.
@@ -183,8 +184,8 @@ class Session:
             orientation: quaternion `[w, x, y, z]`, shape (4,); left out: as it is.
 
         Raises:
-            RequestError: there is no such obstacle, a mechanism carries it, the target is not possible, or no equilibrium
-                was found.
+            RequestError: there is no such obstacle, a mechanism carries it, the target is not possible, or no
+                equilibrium was found.
             ValueError: an array has another shape.
             ClosedError: the session is closed.
         """
@@ -195,8 +196,8 @@ class Session:
         )
 
     def set(self, key: str, value: object) -> Step:
-        """Sets a value of the scenario, as `scenario[key] = value` does, and carries out all its steps again, with those
-        by hand.
+        """Sets a value of the scenario, as `scenario[key] = value` does, and carries out all its steps again, with
+        those by hand.
 
         Raises:
             KeyError: the path leads nowhere.
