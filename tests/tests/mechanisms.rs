@@ -234,7 +234,7 @@ fn a_urdf_file_is_refused_with_its_line() {
     for (file, words) in [
         ("no xml".to_owned(), "r.urdf:1: "),
         ("<sdf/>".to_owned(), "r.urdf:1: <sdf> is not <robot>"),
-        (robot(""), "r.urdf:1: link \"b\" is the child of no joint"),
+        (robot(""), "r.urdf:1: there are no joints"),
         (robot(&joint("planar", "")), "r.urdf:4: joint \"j\" has the type \"planar\""),
         (robot(&joint("revolute", "<axis xyz=\"0 0\"/>")), "r.urdf:4: xyz=\"0 0\" is not three numbers"),
         (robot(&joint("revolute", "<axis xyz=\"0 0 0\"/>")), "r.urdf:4: the axis is zero"),

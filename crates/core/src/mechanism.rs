@@ -12,7 +12,7 @@
 pub mod closure;
 
 use crate::rotation::skew;
-use crate::{Matrix, Pose, Quantity, Rotation, Vector};
+use crate::{Matrix, Pose, Rotation, Vector};
 use nalgebra::Unit;
 use serde::{Deserialize, Serialize};
 
@@ -58,11 +58,6 @@ impl JointKind {
     /// Whether a freedom is a length (m) and not an angle (rad).
     pub fn is_length(&self, freedom: usize) -> bool {
         matches!((self, freedom), (JointKind::Prismatic(_), _) | (JointKind::Cylindrical(_), 1))
-    }
-
-    /// Quantity of a freedom.
-    pub fn quantity(&self, freedom: usize) -> Quantity {
-        if self.is_length(freedom) { Quantity::Length } else { Quantity::Angle }
     }
 }
 

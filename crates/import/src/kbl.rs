@@ -9,7 +9,7 @@
 //! | `Referenced_components` of an end node | a `connector` that holds the end; a splice stays free |
 //! | `Fixing_assignment`, `Placement` of its fixing | a `collar` where the fixing is drawn, along its channel (`V`) |
 //! | `Tolerance_indication` of a `Dimension_specification` of one segment, or of a default | a `[sweep]` in comments |
-//! | `Module`, `Harness_configuration` | parts that [`Options::selection`] leaves out, with the segments that lose all wires |
+//! | `Module`, `Harness_configuration` | parts that [`Options::selection`] leaves out, and segments without wires |
 //! | `Mass_information` of housings and terminals | a dead load at the end |
 //!
 //! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else

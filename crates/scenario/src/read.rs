@@ -6,6 +6,7 @@ pub(crate) mod document;
 pub(crate) mod entry;
 pub(crate) mod files;
 pub(crate) mod fixing_types;
+pub(crate) mod freedoms;
 pub(crate) mod include;
 pub(crate) mod initial;
 pub(crate) mod joints;

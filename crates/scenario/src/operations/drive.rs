@@ -5,7 +5,8 @@ use super::{Begins, StepOperation};
 use crate::format::form::{Form, Keys, may, must};
 use crate::format::limits::ANY;
 use crate::read::entry::Entry;
-use crate::read::mechanisms::{shown, values};
+use crate::read::freedoms::{quantity, shown};
+use crate::read::mechanisms::values;
 use crate::read::poses;
 use wireloom_core::mechanism::closure::{Driven, WayFault};
 use wireloom_core::mechanism::{JointKind, Mechanism};
@@ -83,7 +84,7 @@ fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Opti
             let part = |k: usize| (k + 1) as f64 / all.len() as f64;
             (vec![all.iter().enumerate().map(|(k, value)| (part(k), *value)).collect()], all.len())
         }
-        _ => (vec![poses::read_values(entry, key, kind.quantity(0))?], 0),
+        _ => (vec![poses::read_values(entry, key, quantity(kind, 0))?], 0),
     };
     let driven = through.into_iter().enumerate().map(|(k, through)| Driven { freedom: first + k, through });
     step.drives.push(DrivenJoint { mechanism, driven: driven.collect(), span: entry.span_of(key), stops });
@@ -93,7 +94,7 @@ fn read(entry: &Entry<'_>, _: Option<usize>, step: &mut Context<'_, '_>) -> Opti
 /// The values of `at`.
 fn stops(entry: &Entry<'_>, kind: &JointKind) -> Option<Vec<f64>> {
     let all: Option<Vec<f64>> =
-        entry.items("at").iter().map(|item| entry.reader.number("at", item, kind.quantity(0), ANY)).collect();
+        entry.items("at").iter().map(|item| entry.reader.number("at", item, quantity(kind, 0), ANY)).collect();
     if all.as_ref().is_some_and(Vec::is_empty) {
         entry.fault_at("at", format!("`at` of {} is empty", entry.label), "give the values that are passed");
         return None;

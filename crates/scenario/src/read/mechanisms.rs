@@ -3,6 +3,7 @@
 mod urdf;
 
 use super::entry::Entry;
+use super::freedoms::{quantity, shown};
 use super::names::{Names, register};
 use super::places::facing;
 use crate::format::limits::ANY;
@@ -153,11 +154,6 @@ fn kind(entry: &Entry<'_>, word: &str) -> Option<JointKind> {
     })
 }
 
-/// A value of a joint with one freedom in words.
-pub(crate) fn shown(kind: &JointKind, value: f64) -> String {
-    if kind.is_length(0) { format!("{:.3} mm", 1e3 * value) } else { format!("{:.3} deg", value.to_degrees()) }
-}
-
 fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<[f64; 2]> {
     if !entry.has("limits") {
         return None;
@@ -173,7 +169,7 @@ fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<[f64; 2]> {
         entry.fault_at("limits", message, "give the smallest and the largest value, such as [\"0 deg\", \"80 deg\"]");
         return None;
     };
-    let [low, high] = [low, high].map(|node| entry.reader.number("limits", node, kind.quantity(0), ANY));
+    let [low, high] = [low, high].map(|node| entry.reader.number("limits", node, quantity(kind, 0), ANY));
     let (low, high) = (low?, high?);
     if low > high {
         let [low, high] = [low, high].map(|value| shown(kind, value));
@@ -251,6 +247,6 @@ pub(crate) fn values(entry: &Entry<'_>, key: &str, kind: &JointKind) -> Option<V
     items
         .iter()
         .enumerate()
-        .map(|(freedom, item)| entry.reader.number(key, item, kind.quantity(freedom), ANY))
+        .map(|(freedom, item)| entry.reader.number(key, item, quantity(kind, freedom), ANY))
         .collect()
 }

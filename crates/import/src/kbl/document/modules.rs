@@ -1,7 +1,7 @@
 //! Modules of a harness and its variants: which parts a car with some of them has.
 
+use super::super::options::{Contents, Module, Selection, Variant};
 use super::{ImportError, Reader, Xml, child, child_text, children, position, text};
-use crate::kbl::options::{Contents, Module, Selection, Variant};
 use std::collections::{HashMap, HashSet};
 
 /// Parts that modules control.
@@ -115,7 +115,7 @@ impl<'a, 'i> Known<'a, 'i> {
 }
 
 /// The modules and variants of a file.
-pub(in crate::kbl) fn contents(root: Xml<'_, '_>) -> Contents {
+pub(crate) fn contents(root: Xml<'_, '_>) -> Contents {
     let Known { modules, variants } = Known::of(root);
     Contents {
         modules: modules.into_iter().map(|(module, _)| module).collect(),

@@ -4,6 +4,7 @@
 //! As drawn, all joints are at 0. Masses, shapes and transmissions are not read.
 
 use crate::format::limits::ANY;
+use crate::read::freedoms::quantity;
 use nalgebra::Unit;
 use roxmltree::{Document, Node};
 use std::borrow::Cow;
@@ -245,7 +246,7 @@ impl<'f> File<'f> {
         if kind.freedoms() == 0 || own.node.attribute("type") == Some("continuous") {
             return None;
         }
-        let [low, high] = ["lower", "upper"].map(|name| self.number(limit, name, kind.quantity(0)));
+        let [low, high] = ["lower", "upper"].map(|name| self.number(limit, name, quantity(kind, 0)));
         // Left out, they are 0, says the format.
         let (low, high) = (low?.unwrap_or(0.0), high?.unwrap_or(0.0));
         if low > high {
