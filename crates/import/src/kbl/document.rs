@@ -5,15 +5,12 @@ use super::error::ImportError;
 use super::findings::Findings;
 use super::options::Selection;
 use super::unit::{Quantity, Unit};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use wireloom_scenario::Places;
 
-mod modules;
+pub(super) mod modules;
 mod parts;
 mod tolerances;
-
-use modules::Chosen;
-pub(super) use modules::contents;
 
 type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
 
@@ -295,6 +292,24 @@ pub(super) fn diameters(description: &str) -> (Option<f64>, Option<f64>) {
         rest[..end].parse::<f64>().ok().filter(|d| *d > 0.1 && *d < 1000.0).map(|d| d * 1e-3)
     };
     (after("D(i)="), after("D(a)="))
+}
+
+/// Parts that modules control.
+#[derive(Default)]
+struct Chosen<'a> {
+    /// Ids of the parts of the chosen modules.
+    present: HashSet<&'a str>,
+    /// Ids of the parts of all others.
+    left_out: HashSet<&'a str>,
+}
+
+impl<'a> Chosen<'a> {
+    /// Whether a part is left out: one of other modules only. What no module controls is in every car. A part within
+    /// another one, such as a core of a cable, goes with it.
+    fn leaves_out(&self, part: Xml<'a, '_>) -> bool {
+        let ids = || part.ancestors().filter_map(|node| node.attribute("id"));
+        !ids().any(|id| self.present.contains(id)) && ids().any(|id| self.left_out.contains(id))
+    }
 }
 
 struct Reader<'a, 'i, 'f> {

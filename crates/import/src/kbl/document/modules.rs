@@ -1,26 +1,8 @@
 //! Modules of a harness and its variants: which parts a car with some of them has.
 
 use super::super::options::{Contents, Module, Selection, Variant};
-use super::{ImportError, Reader, Xml, child, child_text, children, position, text};
+use super::{Chosen, ImportError, Reader, Xml, child, child_text, children, position, text};
 use std::collections::{HashMap, HashSet};
-
-/// Parts that modules control.
-#[derive(Default)]
-pub(super) struct Chosen<'a> {
-    /// Ids of the parts of the chosen modules.
-    present: HashSet<&'a str>,
-    /// Ids of the parts of all others.
-    left_out: HashSet<&'a str>,
-}
-
-impl<'a> Chosen<'a> {
-    /// Whether a part is left out: one of other modules only. What no module controls is in every car. A part within
-    /// another one, such as a core of a cable, goes with it.
-    pub fn leaves_out(&self, part: Xml<'a, '_>) -> bool {
-        let ids = || part.ancestors().filter_map(|node| node.attribute("id"));
-        !ids().any(|id| self.present.contains(id)) && ids().any(|id| self.left_out.contains(id))
-    }
-}
 
 /// Modules and variants in the file, with their elements.
 struct Known<'a, 'i> {
