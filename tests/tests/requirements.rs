@@ -277,3 +277,67 @@ fn a_span_pressed_straight_beyond_its_buckling_load_fails() {
     assert_eq!(line.verdict == Verdict::Fail, straight && line.worst > Some(1.1 * euler), "{line:?}");
     assert!(!straight || pressed.verdict() != Verdict::Pass, "{:?}", pressed.requirements);
 }
+
+/// A straight cable of 100 mm along z that is held at both ends, without weight.
+fn upright(segments: usize, more: &str) -> String {
+    [
+        "schema = 1\nname = \"upright\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.1, segments),
+        &connector_along("plug-A", "A", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]),
+        &connector_along("plug-B", "B", [0.0, 0.0, 0.1], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]),
+        more,
+    ]
+    .concat()
+}
+
+fn sphere(radius: f64, position: [f64; 3], min_clearance: f64) -> String {
+    format!(
+        "[[obstacles]]\nname = \"ball\"\nshape = \"sphere\"\nradius = {radius}\nposition = {position:?}\n\
+         min_clearance = {min_clearance}\n"
+    )
+}
+
+/// Where a sphere and a cable pass each other, their least distance is known: that of the centre line from the way of
+/// the middle. Whatever moves, how long the segments and how few the increments are, it is found.
+#[test]
+fn nothing_passes_a_clearance_between_increments() {
+    let radius = 0.003;
+    let carried = |x: f64, increments: usize| {
+        format!(
+            "[[steps]]\nname = \"carry\"\nincrements = {increments}\nmove = [\
+             {{ constraint = \"plug-A\", position = [{x}, 0, 0] }}, \
+             {{ constraint = \"plug-B\", position = [{x}, 0, 0.1] }}]\n"
+        )
+    };
+    let moved = |to: [f64; 3], increments: usize| {
+        format!(
+            "[[steps]]\nname = \"move\"\nincrements = {increments}\n\
+             move = [{{ obstacle = \"ball\", position = {to:?} }}]\n"
+        )
+    };
+    // Name, segments, radius of the sphere, where it begins, distance at the nearest, and the step.
+    type Case<'c> = (&'c str, usize, f64, [f64; 3], f64, Box<dyn Fn(usize) -> String>);
+    let cases: [Case<'_>; 4] = [
+        ("between two nodes", 6, 0.002, [0.53, 0.009, 0.0425], 0.009, Box::new(move |n| carried(0.6, n))),
+        ("after a long way", 40, 0.001, [0.508, 0.0062, 0.0425], 0.0062, Box::new(move |n| carried(1.0, n))),
+        ("an obstacle that moves", 20, 0.02, [-0.2, 0.06, 0.05], 0.06, Box::new(move |n| moved([0.37, 0.06, 0.05], n))),
+        ("halves of halves", 20, 0.02, [-0.31, 0.05, 0.03], 0.05, Box::new(move |n| moved([0.2, 0.05, 0.03], n))),
+    ];
+    for (name, segments, ball, at, distance, step) in &cases {
+        let least = distance - ball - radius;
+        for increments in [1, 2, 3, 7] {
+            let verdict = |min: f64| {
+                let text = upright(*segments, &(sphere(*ball, *at, min) + &step(increments)));
+                let run = run(&text);
+                assert_eq!(run.status(), Status::Converged, "{name}");
+                let line = line(&run, "ball").clone();
+                (line.verdict, line.worst)
+            };
+            let (kept, value) = verdict(0.9 * least);
+            assert_eq!(kept, Verdict::Pass, "{name}, {increments} increments: {value:?}, least {least}");
+            let (broken, value) = verdict(1.2 * least);
+            assert_eq!(broken, Verdict::Fail, "{name}, {increments} increments: {value:?}, least {least}");
+        }
+    }
+}

@@ -118,7 +118,7 @@ fn variants(path: &PathBuf) -> Result<(), Failed> {
         ["Kombination_MINI", "Kombination_MAXI"].map(|name| scenario(Selection::Variant(name.to_owned())));
     let (least, most, all) = (least?, most?, scenario(Selection::All)?);
     let counts = |scenario: &toml::Table| ["branches", "constraints"].map(|key| list(scenario, key).len());
-    assert_eq!((counts(&least), counts(&most)), ([168, 89], counts(&all)));
+    assert_eq!((counts(&least), counts(&most)), ([148, 79], counts(&all)));
     assert_eq!(most["sections"], all["sections"]);
     Ok(())
 }

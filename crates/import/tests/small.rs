@@ -79,7 +79,8 @@ fn branches_have_the_lengths_and_paths_of_their_segments() {
     assert!((0.0299..=0.03).contains(&top), "{top}");
 }
 
-/// Two modules, of which each has wires of its own; plug A is in every car. The second is configured beside itself.
+/// Two modules, of which each has wires of its own; plug A is in every car. The second is configured beside itself, and
+/// names a wire by its connection, and a part that is not there.
 fn modular() -> String {
     with(
         "  </Harness>",
@@ -87,7 +88,7 @@ fn modular() -> String {
       <Module_configuration id="mc1"><Logistic_control_information>K8S</Logistic_control_information>
         <Controlled_components>w1 w4 plugB spliceS</Controlled_components></Module_configuration></Module>
     <Module id="mod2"><Part_number>R-1</Part_number></Module>
-    <Module_configuration id="mc2"><Controlled_components>w2 wc clip tape1</Controlled_components>
+    <Module_configuration id="mc2"><Controlled_components>c2 wc clip tape1 gone</Controlled_components>
       <Modules>mod2</Modules></Module_configuration>
     <Module id="mod3"><Part_number>/NULL</Part_number></Module>
     <Harness_configuration id="v1"><Part_number>/OVMM</Part_number>
@@ -107,7 +108,7 @@ fn selected(selection: Selection) -> Result<Imported, ImportError> {
 fn modules_and_variants_are_listed_by_the_names_that_tell_them_apart() {
     let Contents { modules, variants } = contents(&modular()).unwrap();
     let listed: Vec<_> = modules.iter().map(|module| (module.name.as_str(), module.parts)).collect();
-    assert_eq!(listed, [("L-1", 4), ("R-1", 4), ("mod3", 0)]);
+    assert_eq!(listed, [("L-1", 4), ("R-1", 5), ("mod3", 0)]);
     assert_eq!(modules[0].option_code.as_deref(), Some("K8S"));
     let listed: Vec<_> = variants.iter().map(|variant| (variant.name.as_str(), variant.modules.join(" "))).collect();
     assert_eq!(listed, [("plain", "R-1".to_owned()), ("full", "L-1 R-1".to_owned()), ("v3", String::new())]);
@@ -135,7 +136,10 @@ fn a_variant_has_the_parts_of_its_modules_and_no_segments_without_wires() {
     assert_eq!(names(&left, "branches"), ["trunk", "left", "stub"]);
     assert_eq!(names(&left, "constraints"), ["plug A", "plug B"]);
 
-    // One thin wire; it, and a core.
+    assert!(said.iter().any(|line| line.contains("parts that are not in the file") && line.contains("gone")));
+    // In the trunk one thin wire on the left, on the right such a wire and a core; in `left` two.
+    assert!(left.scenario.contains("1 wire, 0.50 mm² copper") && !left.scenario.contains("3 wires"));
+    assert!(plain.scenario.contains("2 wires, 1.50 mm² copper") && !plain.scenario.contains("3 wires"));
     assert!(density(&left) < density(&plain), "{} {}", density(&left), density(&plain));
     let full = selected(Selection::Variant("full".to_owned())).unwrap();
     let all = selected(Selection::All).unwrap();

@@ -53,7 +53,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         selection: match &arguments.variant {
             Some(name) => Selection::Variant(name.clone()),
             None if arguments.modules.is_empty() => Selection::All,
-            None => Selection::Modules(arguments.modules.clone()),
+            None => Selection::Modules(arguments.modules.iter().map(|name| name.trim().to_owned()).collect()),
         },
         name: arguments.name.clone(),
     };

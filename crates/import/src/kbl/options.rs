@@ -47,8 +47,6 @@ pub enum Order {
 }
 
 /// Modules of a harness that are imported.
-///
-/// Wires that a module controls by their `Connection` alone are not left out yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Selection {
     /// All of them, as in a car with every option.

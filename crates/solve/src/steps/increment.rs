@@ -209,9 +209,10 @@ impl Driver<'_, '_> {
             if !is_balanced(status) {
                 break;
             }
-            self.update_operations(plan, to);
             if to < b {
-                self.check_on_the_way();
+                self.pass(plan, to);
+            } else {
+                self.update_operations(plan, to);
             }
         }
         (status, from)
@@ -233,29 +234,19 @@ impl Driver<'_, '_> {
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
         plan.apply(&mut self.problem, b);
+        let divisible = b - a > SMALLEST_PART;
         let poses = plan.moves_obstacles(self.problem.network).then_some(began.contact.poses.as_slice());
         let collides = poses.is_some() && self.problem.collision_free_fraction(&self.before, &self.state, poses) < 1.0;
-        if collides && b - a > SMALLEST_PART {
+        if collides && divisible {
             // An obstacle would pass through the cable: in smaller parts it pushes the cable.
-            self.restore(&began, |_| false);
-            let middle = 0.5 * (a + b);
-            let half = self.advance(plan, a, middle, cuts);
-            return if is_balanced(half) { self.advance(plan, middle, b, cuts) } else { half };
+            return self.halve(plan, &began, [a, b], cuts);
         }
         let lost_twist = self.lost_twist.clone();
         let status = self.solve_from(&began);
-        if is_balanced(status) && b - a > SMALLEST_PART && self.may_break_clearance(&began) {
+        if is_balanced(status) && divisible && self.may_break_clearance(&began) {
             // In smaller parts it is seen whether it does.
             self.lost_twist = lost_twist;
-            self.restore(&began, |_| false);
-            let middle = 0.5 * (a + b);
-            let half = self.advance(plan, a, middle, cuts);
-            if !is_balanced(half) {
-                return half;
-            }
-            self.update_operations(plan, middle);
-            self.check_on_the_way();
-            return self.advance(plan, middle, b, cuts);
+            return self.halve(plan, &began, [a, b], cuts);
         }
         self.log_self_passing(status);
         if is_balanced(status) || cuts == 0 || self.is_over() {
@@ -263,7 +254,7 @@ impl Driver<'_, '_> {
         }
         let (failed, lost_twist) = (self.state.clone(), self.lost_twist.clone());
         self.smallest_part = self.smallest_part.min(0.5_f64.powi((CUT_BACKS - cuts + 1) as i32));
-        self.restore(&began, |_| false);
+        self.go_back(plan, &began, a);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts - 1);
         if self.is_over() {
@@ -276,7 +267,32 @@ impl Driver<'_, '_> {
             plan.apply(&mut self.problem, b);
             return self.certify(status);
         }
+        self.pass(plan, middle);
         self.advance(plan, middle, b, cuts - 1)
+    }
+
+    /// Advances through a part, which began under these conditions, in two halves.
+    fn halve(&mut self, plan: &Plan, began: &Conditions, [a, b]: [f64; 2], cuts: u32) -> Grade {
+        self.go_back(plan, began, a);
+        let middle = 0.5 * (a + b);
+        let half = self.advance(plan, a, middle, cuts);
+        if !is_balanced(half) {
+            return half;
+        }
+        self.pass(plan, middle);
+        self.advance(plan, middle, b, cuts)
+    }
+
+    /// Goes back to the state before a part and to its conditions, at fraction `a` of a plan.
+    fn go_back(&mut self, plan: &Plan, began: &Conditions, a: f64) {
+        self.restore(began, |_| false);
+        plan.apply(&mut self.problem, a);
+    }
+
+    /// Takes account of an equilibrium on the way, at this fraction of a plan.
+    fn pass(&mut self, plan: &Plan, fraction: f64) {
+        self.update_operations(plan, fraction);
+        self.check_on_the_way();
     }
 
     /// Whether a clearance that has been kept so far may have been broken on the way through a part that began under
@@ -310,7 +326,7 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Restores the state before the part, under the present conditions; the constraints that `sticks` selects begin
+    /// Restores the state before the part, under the present loads and poses; constraints that `sticks` selects begin
     /// sticking.
     fn restore(&mut self, began: &Conditions, sticks: impl Fn(usize) -> bool) {
         self.state.copy_from(&self.before);

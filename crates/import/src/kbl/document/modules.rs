@@ -110,7 +110,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     pub(super) fn choose(&mut self, root: Xml<'a, 'i>, selection: &Selection) -> Result<(), ImportError> {
         let known = Known::of(root);
         let chosen = known.chosen(selection)?;
-        let (all, count) = (known.modules.len(), chosen.len());
+        let taken: HashSet<roxmltree::NodeId> = chosen.iter().map(|node| node.id()).collect();
+        let (all, count) = (known.modules.len(), taken.len());
         if *selection == Selection::All {
             if all > 1 {
                 self.findings.add(format!(
@@ -121,11 +122,15 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         } else {
             self.findings.add(format!("of the {all} modules of the harness {count} are taken"));
         }
-        let taken: HashSet<roxmltree::NodeId> = chosen.iter().map(|node| node.id()).collect();
         let (mut present, mut left_out) = (HashSet::new(), HashSet::new());
         for (_, node) in &known.modules {
             let parts = if taken.contains(&node.id()) { &mut present } else { &mut left_out };
-            parts.extend(controlled(*node));
+            let own = controlled(*node);
+            let missing = own.iter().filter(|id| !self.ids.contains_key(*id));
+            for id in missing {
+                self.findings.add_to("modules name parts that are not in the file", *id);
+            }
+            parts.extend(own);
         }
         self.chosen = Chosen { present, left_out };
         let harnesses = children(root, "Harness").count();

@@ -90,7 +90,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 self.findings
                     .add_to("fixing assignments refer to no fixing of the file; held nevertheless", title(assignment));
             }
-            if fixing.is_some_and(|fixing| self.chosen.leaves_out(fixing)) {
+            if fixing.is_some_and(|fixing| self.chosen.leaves_out(fixing, None)) {
                 continue;
             }
             let own = assignment.attribute("id").unwrap_or("fixing");
@@ -128,7 +128,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 }
             }
             for occurrence in children(harness, "Connector_occurrence") {
-                if self.chosen.leaves_out(occurrence) {
+                if self.chosen.leaves_out(occurrence, None) {
                     continue;
                 }
                 let id = occurrence.attribute("id").unwrap_or_default();
