@@ -11,6 +11,7 @@ use crate::steps::progress::Interruption;
 use wireloom_core::conditions::{Conditions, Sliding};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
+use wireloom_core::requirement::Measure;
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 use wireloom_core::{EventKind, EventPlace, Moment};
@@ -209,10 +210,9 @@ impl Driver<'_, '_> {
             if !is_balanced(status) {
                 break;
             }
+            self.update_operations(plan, to);
             if to < b {
-                self.pass(plan, to);
-            } else {
-                self.update_operations(plan, to);
+                self.check_on_the_way(|_| true);
             }
         }
         (status, from)
@@ -254,7 +254,7 @@ impl Driver<'_, '_> {
         }
         let (failed, lost_twist) = (self.state.clone(), self.lost_twist.clone());
         self.smallest_part = self.smallest_part.min(0.5_f64.powi((CUT_BACKS - cuts + 1) as i32));
-        self.go_back(plan, &began, a);
+        self.go_back(&began);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts - 1);
         if self.is_over() {
@@ -267,32 +267,34 @@ impl Driver<'_, '_> {
             plan.apply(&mut self.problem, b);
             return self.certify(status);
         }
-        self.pass(plan, middle);
+        self.check_clearances();
         self.advance(plan, middle, b, cuts - 1)
     }
 
     /// Advances through a part, which began under these conditions, in two halves.
     fn halve(&mut self, plan: &Plan, began: &Conditions, [a, b]: [f64; 2], cuts: u32) -> Grade {
-        self.go_back(plan, began, a);
+        self.go_back(began);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts);
         if !is_balanced(half) {
             return half;
         }
-        self.pass(plan, middle);
+        self.check_clearances();
         self.advance(plan, middle, b, cuts)
     }
 
-    /// Goes back to the state before a part and to its conditions, at fraction `a` of a plan.
-    fn go_back(&mut self, plan: &Plan, began: &Conditions, a: f64) {
+    /// Goes back to the state before a part that began under these conditions, for a shorter part from there on.
+    fn go_back(&mut self, began: &Conditions) {
         self.restore(began, |_| false);
-        plan.apply(&mut self.problem, a);
+        for (obstacle, pose) in began.contact.poses.iter().enumerate() {
+            self.problem.set_obstacle(obstacle, *pose);
+        }
     }
 
-    /// Takes account of an equilibrium on the way, at this fraction of a plan.
-    fn pass(&mut self, plan: &Plan, fraction: f64) {
-        self.update_operations(plan, fraction);
-        self.check_on_the_way();
+    /// Checks the clearances at an equilibrium between two halves. The scenario does not ask for it, so what else it may
+    /// break, such as a straight span that has not buckled yet, does not count.
+    fn check_clearances(&mut self) {
+        self.check_on_the_way(|requirement| requirement.measure == Measure::Clearance);
     }
 
     /// Whether a clearance that has been kept so far may have been broken on the way through a part that began under

@@ -10,6 +10,7 @@ use crate::steps::stability::{Inspection, Stability};
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult,
 };
+use wireloom_core::requirement::Requirement;
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 use wireloom_core::{Moment, Problem, State, Tangent};
@@ -73,7 +74,7 @@ impl Driver<'_, '_> {
         if is_balanced(end.status) {
             let results = (&end.branches[..], &end.constraints[..], cables);
             let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
-            self.check(results, &end.operations, here, ends_step);
+            self.check(results, &end.operations, (here, ends_step), |_| true);
         }
     }
 
@@ -88,9 +89,9 @@ impl Driver<'_, '_> {
         start.sheet.lines(self.problem.network, end.status)
     }
 
-    /// Checks the requirements at an equilibrium on the way through an increment.
-    pub(super) fn check_on_the_way(&mut self) {
-        if !self.problem.network.requirements.is_empty() {
+    /// Checks those requirements that count at an equilibrium on the way through an increment.
+    pub(super) fn check_on_the_way(&mut self, counts: impl Fn(&Requirement) -> bool) {
+        if self.problem.network.requirements.iter().any(&counts) {
             let touching = self.problem.touching_points(&self.state);
             let inspect = self.problem.has_potential();
             let inspection = inspect.then(|| self.certifier.inspect(&mut self.problem, &self.state));
@@ -98,23 +99,24 @@ impl Driver<'_, '_> {
             let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
             let operations = self.operations.clone();
             let cables = Cables::new(self.problem.network, &branches);
-            self.check((&branches, &constraints, &cables), &operations, Here::OnTheWay, false);
+            self.check((&branches, &constraints, &cables), &operations, (Here::OnTheWay, false), counts);
         }
     }
 
-    /// Checks the requirements with these results; `ends_step`: whether the step ends here.
+    /// Checks those requirements that count with these results; `ends_step`: whether the step ends here.
     fn check(
         &mut self,
         (branches, constraints, cables): (&[BranchResult], &[ConstraintResult], &Cables<'_>),
         operations: &[OperationResult],
-        here: Here,
-        ends_step: bool,
+        (here, ends_step): (Here, bool),
+        counts: impl Fn(&Requirement) -> bool,
     ) {
         let requirements = &self.problem.network.requirements;
         let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
         let results = (branches, constraints, operations, cables);
         let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, &self.errors, step);
-        let found = requirements.iter().map(|requirement| equilibrium.values(requirement)).collect();
+        let values = |own: &Requirement| if counts(own) { equilibrium.values(own) } else { Vec::new() };
+        let found = requirements.iter().map(values).collect();
         self.log.check(requirements, found, here);
     }
 }

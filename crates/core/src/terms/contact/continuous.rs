@@ -74,6 +74,10 @@ impl ContactTerm {
         if self.is_idle() {
             return free;
         }
+        if poses.is_some() {
+            // Nothing has been evaluated yet under these conditions.
+            self.update_held(system);
+        }
         free = free.min(self.collision_free_fraction_of_cables(system, from, to));
         let network = system.network;
         if network.obstacles.is_empty() {
