@@ -291,8 +291,8 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Checks the clearances at an equilibrium between two halves. The scenario does not ask for it, so what else it may
-    /// break, such as a straight span that has not buckled yet, does not count.
+    /// Checks the clearances at an equilibrium between two halves. The scenario does not ask for it, so what else it
+    /// may break, such as a straight span that has not buckled yet, does not count.
     fn check_clearances(&mut self) {
         self.check_on_the_way(|requirement| requirement.measure == Measure::Clearance);
     }
