@@ -69,7 +69,7 @@ class _Builder:
 
     def build(self) -> Built:
         harness, built = self.harness, self.built
-        document: dict[str, Any] = {"schema": 1, "name": harness.Label}
+        document: dict[str, Any] = {"schema": 1, "name": objects.name(harness)}
         given = self.attempt(lambda: objects.other(harness)) or {}
         gravity = [_rounded(x) for x in harness.Gravity]
         if gravity != [0, 0, -9.81]:
@@ -105,7 +105,7 @@ class _Builder:
         if not built.faults:
             try:
                 text = wireloom.from_dict(document).text
-                built.scenario = wireloom.loads(text, name=harness.Label, folder=self.folder)
+                built.scenario = wireloom.loads(text, name=objects.name(harness), folder=self.folder)
             except (TypeError, ValueError) as error:
                 self.fault(harness, str(error))
         if built.scenario is not None:
@@ -141,10 +141,11 @@ class _Builder:
         if found is None:
             return
         tables = document.setdefault(key, {})
-        if obj.Label in tables:
-            self.fault(obj, f"`{obj.Label}` names two sections: give them different labels")
-        self.built.owners[key, obj.Label] = obj
-        tables[obj.Label] = found
+        name = objects.name(obj)
+        if name in tables:
+            self.fault(obj, f"`{name}` names two sections: give them different names")
+        self.built.owners[key, name] = obj
+        tables[name] = found
 
     # The kinds, each as its entry.
 
@@ -185,12 +186,12 @@ class _Builder:
                     break
             else:
                 groups.append([own])
-        labels = {tuple(sorted(b.Name for b in joint.Branches)): joint.Label for joint in joints if joint.Branches}
+        labels = {tuple(sorted(b.Name for b in joint.Branches)): objects.name(joint) for joint in joints if joint.Branches}
         names: dict[tuple[Object, str], str] = {}
         for number, group in enumerate(groups, 1):
             given = next((text for _, _, text, _ in group if text), "")
             label = labels.get(tuple(sorted(branch.Name for branch, *_ in group)), "")
-            name = given or label or (f"joint {number}" if len(group) > 1 else f"{group[0][0].Label} {group[0][1]}")
+            name = given or label or (f"joint {number}" if len(group) > 1 else f"{objects.name(group[0][0])} {group[0][1]}")
             names.update({(branch, end): name for branch, end, *_ in group})
         return names
 
@@ -202,10 +203,10 @@ class _Builder:
             raise Fault(branch, "it has neither a line nor a length: set `Edges` or `Length`")
         more = objects.other(branch)
         entry: dict[str, Any] = {
-            "name": branch.Label,
+            "name": objects.name(branch),
             "from": self.vertices.get((branch, "from"), branch.From),
             "to": self.vertices.get((branch, "to"), branch.To),
-            "section": branch.Section.Label,
+            "section": objects.name(branch.Section),
             "length": metres(branch.Length.Value or line.length),  # type: ignore[union-attr]
         }
         longest = self.harness.MaxSegment.Value
@@ -221,12 +222,12 @@ class _Builder:
         for (branch, end), name in self.vertices.items():
             arms.setdefault(name, []).append((branch, end))
         for joint in parts:
-            if joint.Branches and joint.Label not in arms:
+            if joint.Branches and objects.name(joint) not in arms:
                 names = " and ".join(f"`{branch.Label}`" for branch in joint.Branches)
                 self.fault(joint, f"{names} alone do not meet in one point: choose all branches that meet there")
                 continue
-            self.entry(document, "joints", joint, lambda: self.joint(joint, arms.get(joint.Label, [])))
-        known = {joint["name"] for joint in document.get("joints", [])} | {joint.Label for joint in parts}
+            self.entry(document, "joints", joint, lambda: self.joint(joint, arms.get(objects.name(joint), [])))
+        known = {joint["name"] for joint in document.get("joints", [])} | {objects.name(joint) for joint in parts}
         for name, own in arms.items():
             if len(own) > 1 and name not in known:
                 arm_list = self.attempt(lambda: self.arms(self.harness, name, own))
@@ -236,9 +237,9 @@ class _Builder:
 
     def joint(self, joint: Object, ends: list[tuple[Object, str]]) -> dict[str, Any]:
         more = objects.other(joint)
-        entry: dict[str, Any] = {"name": joint.Label, "model": joint.Model or self.harness.JointModel}
+        entry: dict[str, Any] = {"name": objects.name(joint), "model": joint.Model or self.harness.JointModel}
         if "arms" not in more:
-            entry["arms"] = self.arms(joint, joint.Label, ends)
+            entry["arms"] = self.arms(joint, objects.name(joint), ends)
         return entry | more
 
     def arms(self, owner: Object, name: str, ends: list[tuple[Object, str]]) -> list[dict[str, Any]]:
@@ -250,18 +251,8 @@ class _Builder:
                 problem = f"`{branch.Label}` is not drawn, so its direction at {name} is unknown"
                 raise Fault(owner, f"{problem}: draw it, or give `arms` in the `Other` of a joint")
             frame = line.frames[0] if end == "from" else line.frames[1]
-            found.append({"branch": branch.Label, "orientation": quaternion(frame)})
+            found.append({"branch": objects.name(branch), "orientation": quaternion(frame)})
         return found
-
-    def radius(self, branch: Object) -> float:
-        """Radius of a branch, mm."""
-        if branch.Section is None:
-            raise Fault(branch, "it has no section: set `Section`")
-        diameter = branch.Section.Diameter.Value
-        if diameter <= 0:
-            problem = f"the diameter of section `{branch.Section.Label}` is not known"
-            raise Fault(branch.Section, f"{problem}: set `Diameter`; clips on faces need it")
-        return float(diameter) / 2
 
     def constraint(self, part: Object, posed: bool) -> dict[str, Any]:
         """A connector or a clip; `posed`: with its pose."""
@@ -269,38 +260,19 @@ class _Builder:
         branch = part.Branch
         if branch is None or branch not in self.harness.Parts:
             raise Fault(part, "it holds no branch of this harness: set `Branch`")
-        entry: dict[str, Any] = {"name": part.Label, "kind": part.Kind}
+        entry: dict[str, Any] = {"name": objects.name(part), "kind": part.Kind}
         more = objects.other(part)
         if kind == "Connector":
-            entry["at"] = {"end": self.vertices.get((branch, part.End), f"{branch.Label} {part.End}")}
+            entry["at"] = {"end": self.vertices.get((branch, part.End), f"{objects.name(branch)} {part.End}")}
         else:
-            entry["at"] = {"branch": branch.Label, "s": metres(part.S.Value)}
+            entry["at"] = {"branch": objects.name(branch), "s": metres(part.S.Value)}
             if part.Slide:
                 entry["slide"] = True
+            if part.HoldTwist:
+                entry["hold"] = ["position", "tangent", "twist"]
         if posed and not any(key in more for key in POSE):
-            entry |= self.pose(part, self.placement(part))
+            entry |= pose(part, objects.placement(part))
         return entry | more
-
-    def placement(self, part: Object) -> Any:
-        """Where a connector, a clip or a solid is, in the document."""
-        kind = objects.kind_of(part)
-        if kind == "Connector":
-            return objects.connector_pose(part)
-        if kind == "Clip":
-            return objects.clip_pose(part, self.radius(part.Branch) if part.Face else 0.0)
-        return paths.global_placement(part)
-
-    def pose(self, part: Object, placement: Any) -> dict[str, Any]:
-        """Keys of the pose that a part has with a placement."""
-        kind = objects.kind_of(part)
-        if kind == "Clip" and not part.HoldTwist:
-            tangent = placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1))
-            return {"position": point(placement.Base), "tangent": [_rounded(x) for x in tangent]}
-        rotation = placement.Rotation
-        if kind == "Connector" and part.End == "to":
-            rotation = rotation.multiply(objects.HALF_TURN)
-        keys: dict[str, Any] = {"position": point(placement.Base), "orientation": quaternion(rotation)}
-        return keys | ({"hold": ["position", "tangent", "twist"]} if kind == "Clip" else {})
 
     def surroundings(self, document: dict[str, Any], part: Object) -> None:
         if not part.Solids:
@@ -317,7 +289,7 @@ class _Builder:
             "name": solid.Label,
             "mesh": surroundings.write(part, solid, self.folder),
             "scale": 0.001,
-            **self.pose(solid, self.placement(solid)),
+            **pose(solid, objects.placement(solid)),
         }
         if part.Friction:
             entry["friction"] = part.Friction
@@ -329,9 +301,9 @@ class _Builder:
         """How a requirement names a part."""
         kind = objects.kind_of(part)
         if kind == "Branch":
-            return {"branch": part.Label}
+            return {"branch": objects.name(part)}
         if kind in ("Connector", "Clip"):
-            return {"constraint": part.Label}
+            return {"constraint": objects.name(part)}
         if kind == "Surroundings" and len(part.Solids) == 1:
             return {"obstacle": part.Solids[0].Label}
         if part in self.solids:
@@ -340,7 +312,7 @@ class _Builder:
 
     def requirement(self, part: Object) -> dict[str, Any]:
         more = objects.other(part)
-        entry: dict[str, Any] = {"name": part.Label, "quantity": part.Quantity}
+        entry: dict[str, Any] = {"name": objects.name(part), "quantity": part.Quantity}
         if not part.Of and "of" not in more and "between" not in more:
             raise Fault(part, "it limits nothing: set `Of` to branches, connectors, clips or solids")
         if len(part.Of) == 1:
@@ -362,7 +334,8 @@ class _Builder:
         if stops is None:
             return
         for number, placements in enumerate(stops, 1):
-            name = part.Label if len(stops) == 1 else f"{part.Label} {number}/{len(stops)}"
+            own = objects.name(part)
+            name = own if len(stops) == 1 else f"{own} {number}/{len(stops)}"
             first = number == 1
             self.entry(document, "steps", part, lambda: self.stop(part, name, placements, first))
 
@@ -377,7 +350,7 @@ class _Builder:
         if part.Driver is None and part.Starts:
             raise Fault(part, "the object that drove its motion is gone: set `Driver`, or clear `Starts`")
         for start, moved in zip(part.Starts, part.Moved):
-            now = self.placement(moved)
+            now = objects.placement(moved)
             apart = now.inverse().multiply(start)
             if apart.Base.Length > 1e-4 or abs(apart.Rotation.Angle) > 1e-6:
                 problem = f"`{moved.Label}` is not where it was when the motion was recorded"
@@ -391,7 +364,7 @@ class _Builder:
             if part.Begins:
                 entry["add"] = [self.constraint(own, posed=False) for own in part.Begins]
             if part.Releases:
-                entry["release"] = [own.Label for own in part.Releases]
+                entry["release"] = [objects.name(own) for own in part.Releases]
             entry |= more
         moves = []
         for moved, placement in zip(part.Moved, placements):
@@ -399,19 +372,29 @@ class _Builder:
             if kind is None and moved not in self.solids:
                 raise Fault(part, f"`{moved.Label}` belongs to no surroundings: add it to some before it moves")
             what = "obstacle" if kind is None else "constraint"
-            keys = {key: value for key, value in self.pose(moved, placement).items() if key != "hold"}
-            moves.append({what: moved.Label, **keys})
+            moves.append({what: objects.name(moved), **pose(moved, placement)})
         # What begins here without a motion of its own goes to its place.
         moving = set(part.Moved)
         for own in part.Begins if first else []:
             if own not in moving and not any(key in objects.other(own) for key in POSE):
-                keys = {key: value for key, value in self.pose(own, self.placement(own)).items() if key != "hold"}
-                moves.append({"constraint": own.Label, **keys})
+                moves.append({"constraint": objects.name(own), **pose(own, objects.placement(own))})
         if moves:
             entry["move"] = moves + list(entry.get("move", []))
         if not moves and not any(key in more for key in STEP_WORK) and not part.Begins and not part.Releases:
             raise Fault(part, "it does nothing: set `Moved` and `Placements`, `Begins` or `Releases`")
         return entry
+
+
+def pose(part: Object, placement: Any) -> dict[str, Any]:
+    """Keys of the pose that a part has with a placement; see `objects.placement`."""
+    kind = objects.kind_of(part)
+    if kind == "Clip" and not part.HoldTwist:
+        tangent = placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1))
+        return {"position": point(placement.Base), "tangent": [_rounded(x) for x in tangent]}
+    rotation = placement.Rotation
+    if kind == "Connector" and part.End == "to":
+        rotation = rotation.multiply(objects.HALF_TURN)
+    return {"position": point(placement.Base), "orientation": quaternion(rotation)}
 
 
 #: Keys of a step that make it do something.

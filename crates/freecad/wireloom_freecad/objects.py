@@ -19,6 +19,7 @@ RESULT = 8 | 1
 PASSING = RESULT | 2
 
 #: Properties of each kind: type, name, group, text, default.
+NAME = ("String", "ScenarioName", "Scenario", "its name in the scenario; empty: its label", "")
 OTHER = ("String", "Other", "Scenario", "further keys of its entry in the scenario, as TOML", "")
 PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
     "Harness": [
@@ -27,6 +28,7 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("String", "JointModel", "Harness", "joint model of joints that have no other", "cosserat"),
         ("Length", "MaxSegment", "Harness", "longest segment of a branch; 0: as `[mesh]` in `Other` says", 10.0),
         ("Integer", "ShownStep", "Harness", "number of the step that is shown, from 1; 0: the last one", 0),
+        NAME,
         OTHER,
     ],
     "Section": [
@@ -36,6 +38,7 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("String", "BendingStiffness", "Section", "EI, such as 0.012 N m^2", ""),
         ("String", "TorsionStiffness", "Section", "GJ, such as 0.009 N m^2", ""),
         ("Length", "MinBendRadius", "Section", "smallest bend radius allowed; 0: no limit", 0.0),
+        NAME,
         OTHER,
     ],
     "Branch": [
@@ -47,11 +50,13 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("Link", "Section", "Branch", "its section", None),
         ("String", "From", "Branch", "vertex where it starts; empty: by the place where its line starts", ""),
         ("String", "To", "Branch", "vertex where it ends; empty: by the place where its line ends", ""),
+        NAME,
         OTHER,
     ],
     "Joint": [
         ("LinkList", "Branches", "Joint", "branches that meet here; empty: its label is the name of a vertex", []),
         ("String", "Model", "Joint", "joint model; empty: that of the harness", ""),
+        NAME,
         OTHER,
     ],
     "Connector": [
@@ -61,6 +66,7 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("Bool", "Carried", "Connector", "whether `Pose` carries it, which must then be there", False),
         ("Placement", "Offset", "Connector", "place of the cable's end on what carries it: z out along the cable", None),
         ("String", "Kind", "Connector", "kind, such as connector", "connector"),
+        NAME,
         OTHER,
     ],
     "Clip": [
@@ -75,6 +81,7 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("String", "Kind", "Clip", "kind, such as collar or edge-clip", "collar"),
         ("Bool", "Slide", "Clip", "whether the cable may slide through", False),
         ("Bool", "HoldTwist", "Clip", "whether it holds the twist, too", False),
+        NAME,
         OTHER,
     ],
     "Surroundings": [
@@ -82,6 +89,7 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("Length", "Deflection", "Surroundings", "largest distance of the triangles from the surface", 0.1),
         ("Float", "Friction", "Surroundings", "coefficient of friction", 0.0),
         ("Length", "MinClearance", "Surroundings", "least distance of cables from it; 0: none", 0.0),
+        NAME,
         OTHER,
     ],
     "Requirement": [
@@ -91,6 +99,7 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("String", "Max", "Requirement", "greatest value, such as 25 N", ""),
         ("Enumeration", "Severity", "Requirement", "whether it must or should be kept", ["must", "should"]),
         ("String", "Because", "Requirement", "its reason", ""),
+        NAME,
         OTHER,
     ],
     "Step": [
@@ -101,10 +110,10 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
         ("Integer", "Increments", "Step", "increments from one stop to the next", 10),
         ("Link", "Driver", "Motion", "object with the number that moves them, for `record`", None),
         ("String", "DriverProperty", "Motion", "name of this number, such as Angle", ""),
-        ("Float", "DriverFrom", "Motion", "its value when the step begins", 0.0),
-        ("Float", "DriverTo", "Motion", "its value when the step ends", 0.0),
+        ("Float", "DriverTo", "Motion", "its value when the step ends; it begins where the document is", 0.0),
         ("Integer", "Stops", "Motion", "number of stops that are recorded on the way", 8),
         ("PlacementList", "Starts", "Motion", "where they were when the motion was recorded", []),
+        NAME,
         OTHER,
     ],
 }
@@ -183,6 +192,11 @@ def kind_of(obj: Object) -> str | None:
     """Kind of an object of a harness; `None` for all other objects."""
     proxy = getattr(obj, "Proxy", None)
     return proxy.kind if isinstance(proxy, Proxy) else None
+
+
+def name(obj: Object) -> str:
+    """Name of a part in the scenario. Labels differ in a document, so a section and a branch cannot have the same one."""
+    return str(getattr(obj, "ScenarioName", "") or obj.Label)
 
 
 def other(obj: Object) -> dict[str, Any]:
@@ -375,3 +389,23 @@ def connector_pose(connector: Object) -> Any:
     if connector.Carried:
         raise Fault(connector, "what carried it is gone: set `Pose`, or `Carried` to false to hold it as placed")
     return paths.global_placement(connector).multiply(connector.Offset)
+
+
+def radius(branch: Object) -> float:
+    """Radius of a branch, mm."""
+    if branch.Section is None:
+        raise Fault(branch, "it has no section: set `Section`")
+    diameter = float(branch.Section.Diameter.Value)
+    if diameter <= 0:
+        raise Fault(branch.Section, "its diameter is not known: set `Diameter`; clips on faces need it")
+    return diameter / 2
+
+
+def placement(part: Object) -> Any:
+    """Where a connector, a clip or a solid is, in the document; see `connector_pose` and `clip_pose`."""
+    kind = kind_of(part)
+    if kind == "Connector":
+        return connector_pose(part)
+    if kind == "Clip":
+        return clip_pose(part, radius(part.Branch) if part.Face else 0.0)
+    return paths.global_placement(part)

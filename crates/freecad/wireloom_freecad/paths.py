@@ -147,6 +147,11 @@ def global_placement(obj: Object) -> Any:
     return placement
 
 
+def same(a: Any, b: Any) -> bool:
+    """Whether two placements are one: within 1e-7 mm and 1e-9 of a turn."""
+    return bool(a.Base.distanceToPoint(b.Base) < 1e-7 and a.Rotation.isSame(b.Rotation, 1e-9))
+
+
 def along(points: list[Any], place: Any) -> float:
     """Length along a line to the point of it that is nearest to a place, mm."""
     best, found, before = math.inf, 0.0, 0.0

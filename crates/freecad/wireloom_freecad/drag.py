@@ -1,0 +1,166 @@
+"""Harnesses that are moved by hand: parts of the document are dragged, and the harness follows at once."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import FreeCAD
+import wireloom
+
+from . import objects, paths
+from .build import build, pose
+from .faults import Fault, Object
+from .harness import NOT_COMPUTED, folder
+
+#: Sessions that are open, by harness.
+open_drags: list[Drag] = []
+
+
+class Drag:
+    """A harness that follows its document while parts of it are moved, each time to a new equilibrium.
+
+    While it is open every change of a placement on which a connector, a clip or a solid depends moves the harness: by
+    FreeCAD's own dragger, by the property editor, or by code. `end` closes it.
+    """
+
+    def __init__(self, harness: Object) -> None:
+        """Raises:
+        Fault: the harness has faults, or no equilibrium.
+        """
+        for other in open_drags:
+            if other.harness == harness:
+                raise Fault(harness, "it is moved by hand already: end that first")
+        built = build(harness, folder(harness.Document))
+        if built.scenario is None or built.faults:
+            raise Fault(harness, "it has faults: recompute the document, and correct what is in error")
+        try:
+            self.session = wireloom.Session(built.scenario)
+        except wireloom.Error as error:
+            raise Fault(harness, f"it cannot be moved by hand: {error}") from None
+        self.harness = harness
+        self.document = harness.Document.Name
+        self.step = self.session.state
+        self.times: list[float] = []
+        """Duration of every motion, s."""
+        self.refused: list[str] = []
+        """Motions without an equilibrium; the harness stayed in the last one on the way."""
+        self.closed = False
+        self.parts: list[Object] = []
+        for part in harness.Parts:
+            kind = objects.kind_of(part)
+            if kind in ("Connector", "Clip") and objects.name(part) in self.session.constraints:
+                self.parts.append(part)
+            elif kind == "Surroundings":
+                self.parts += part.Solids
+        self.placed = {part: objects.placement(part) for part in self.parts}
+        self.start = dict(self.placed)
+        open_drags.append(self)
+
+    def follow(self, changed: Object) -> None:
+        """Moves the harness after a change of an object's placement."""
+        for part in self.parts:
+            if part == changed or changed in part.OutListRecursive or _holds(changed, part):
+                place = objects.placement(part)
+                if not paths.same(place, self.placed[part]):
+                    self.move(part, place)
+
+    def move(self, part: Object, placement: Any) -> wireloom.Step:
+        """Moves one part to a placement; the harness follows. The document's own placement is not changed."""
+        if self.closed:
+            raise wireloom.ClosedError("this drag has ended: start another one")
+        keys = pose(part, placement)
+        began = time.perf_counter()
+        name = objects.name(part)
+        try:
+            if objects.kind_of(part) is None:
+                self.session.move_obstacle(name, position=keys["position"], orientation=keys["orientation"])
+            else:
+                turn = {key: keys[key] for key in ("orientation", "tangent") if key in keys}
+                self.session.move(name, position=keys["position"], **turn)
+        except wireloom.RequestError as error:
+            self.refused.append(f"`{part.Label}`: {error}")
+            FreeCAD.Console.PrintWarning(f"{self.refused[-1]}\n")
+        self.placed[part] = placement
+        self.step = self.session.state
+        # What is shown was computed, but not checked against the requirements.
+        self.harness.Status, self.harness.Verdict = "moved by hand: recompute", NOT_COMPUTED[1]
+        if FreeCAD.GuiUp and self.harness.ViewObject is not None:
+            self.harness.ViewObject.Proxy.show(self.step, [])
+        self.times.append(time.perf_counter() - began)
+        return self.step
+
+    def end(self, step: str = "") -> Object | None:
+        """Ends the drag. The harness is computed anew by the next recompute, with everything where it is now.
+
+        Args:
+            step: a label: everything goes back to where it was, and a step of this label carries it to where it is.
+
+        Returns:
+            The step.
+        """
+        if self.closed:
+            raise wireloom.ClosedError("this drag has ended already")
+        self.close()
+        made = None
+        moved = [part for part in self.parts if not paths.same(self.placed[part], self.start[part])]
+        if step and moved:
+            targets = [self.placed[part] for part in moved]
+            for part in moved:
+                _put(part, self.start[part])
+            made = objects.add(self.harness, "Step", step, Moved=moved, Placements=targets)
+        self.harness.touch()
+        return made
+
+    def close(self) -> None:
+        """Frees the session; what it has shown stays."""
+        if not self.closed:
+            self.closed = True
+            open_drags.remove(self)
+            self.session.close()
+
+
+def _holds(container: Object, part: Object) -> bool:
+    """Whether a part or body of the document contains an object, directly or not."""
+    around = part.getParentGeoFeatureGroup()
+    while around is not None and around != container:
+        around = around.getParentGeoFeatureGroup()
+    return around is not None
+
+
+def _put(part: Object, placement: Any) -> None:
+    """Moves what carries a part, so that the part has a placement."""
+    target = part
+    if objects.kind_of(part) == "Connector" and part.Pose is not None:
+        target = part.Pose
+    elif objects.kind_of(part) == "Clip" and part.Face:
+        target = part.Face[0]
+    now = objects.placement(part)
+    own = target.Placement
+    around = target.getParentGeoFeatureGroup()
+    outer = FreeCAD.Placement() if around is None else paths.global_placement(around)
+    # placement · now⁻¹ moves the part; the same motion in the axes of the container moves its carrier.
+    target.Placement = outer.inverse() * placement * now.inverse() * outer * own
+
+
+class Observer:
+    """Lets open drags follow their documents, and ends them with these."""
+
+    def slotChangedObject(self, obj: Object, name: str) -> None:
+        if name == "Placement":
+            for drag in [own for own in open_drags if own.document == obj.Document.Name]:
+                drag.follow(obj)
+
+    def slotDeletedObject(self, obj: Object) -> None:
+        for drag in list(open_drags):
+            if obj == drag.harness or obj in drag.parts:
+                drag.close()
+
+    def slotDeletedDocument(self, document: Any) -> None:
+        for drag in list(open_drags):
+            if drag.document == document.Name:
+                drag.close()
+
+
+observer = Observer()
+FreeCAD.addDocumentObserver(observer)
