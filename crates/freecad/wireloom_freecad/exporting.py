@@ -74,7 +74,7 @@ def solids(harness: Object) -> list[Object]:
     step = harness.Proxy.shown(harness)
     made = {name: tubes.solid(branch) for name, branch in step.branches.items()}
     for name, shape in made.items():
-        if not tubes.valid(shape):
+        if not tubes.valid(step.branches[name], shape):
             raise Fault(harness, f"`{name}` bends as tightly as it is thick, so its tube is no valid solid")
     found = []
     for name, shape in made.items():

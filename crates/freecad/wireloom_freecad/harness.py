@@ -115,7 +115,7 @@ class Harness(objects.Proxy):
         else:
             solids = {name: tubes.solid(branch) for name, branch in step.branches.items()}
             obj.Shape = Part.makeCompound(list(solids.values()))
-            bad = [name for name, own in solids.items() if not tubes.valid(own)]
+            bad = [name for name, own in solids.items() if not tubes.valid(step.branches[name], own)]
         obj.Status, obj.Verdict = run.status, run.verdict
         obj.Scenario = self.key[0]
         marks = sheet.violations(run, step)
