@@ -250,8 +250,9 @@ class _Builder:
             if line is None:
                 problem = f"`{branch.Label}` is not drawn, so its direction at {name} is unknown"
                 raise Fault(owner, f"{problem}: draw it, or give `arms` in the `Other` of a joint")
-            frame = line.frames[0] if end == "from" else line.frames[1]
-            found.append({"branch": objects.name(branch), "orientation": quaternion(frame)})
+            rotation, sign = (line.frames[0], 1.0) if end == "from" else (line.frames[1], -1.0)
+            out = [sign * x + 0.0 for x in axis(rotation, 2)]
+            found.append({"branch": objects.name(branch), "direction": out, "up": axis(rotation, 0)})
         return found
 
     def constraint(self, part: Object, posed: bool) -> dict[str, Any]:
@@ -380,40 +381,27 @@ class _Builder:
                 moves.append({"constraint": objects.name(own), **pose(own, objects.placement(own))})
         if moves:
             entry["move"] = moves + list(entry.get("move", []))
-        if not moves and not any(key in more for key in STEP_WORK) and not part.Begins and not part.Releases:
-            raise Fault(part, "it does nothing: set `Moved` and `Placements`, `Begins` or `Releases`")
         return entry
 
 
-def pose(part: Object, placement: Any) -> dict[str, Any]:
-    """Keys of the pose that a part has with a placement; see `objects.placement`."""
-    kind = objects.kind_of(part)
-    if kind == "Clip" and not part.HoldTwist:
-        tangent = placement.Rotation.multVec(FreeCAD.Vector(0, 0, 1))
-        return {"position": point(placement.Base), "tangent": [_rounded(x) for x in tangent]}
+def frame(part: Object, placement: Any) -> Any:
+    """Rotation of the frame that a part with a placement holds: d3 along its branch, d1 is x."""
     rotation = placement.Rotation
-    if kind == "Connector" and part.End == "to":
-        rotation = rotation.multiply(objects.HALF_TURN)
-    return {"position": point(placement.Base), "orientation": quaternion(rotation)}
+    turned = objects.kind_of(part) == "Connector" and part.End == "to"
+    return rotation.multiply(objects.HALF_TURN) if turned else rotation
 
 
-#: Keys of a step that make it do something.
-STEP_WORK = (
-    "acceleration",
-    "add",
-    "carry",
-    "clip",
-    "drive",
-    "grasp",
-    "gravity",
-    "load",
-    "mate",
-    "move",
-    "release",
-    "rotation_speed",
-    "temperature",
-    "wait",
-)
+def pose(part: Object, placement: Any) -> dict[str, Any]:
+    """Keys of the pose that a part has with a placement; see `objects.placement`.
+
+    A frame is given by its directions: a quaternion and its negative are one frame, but as the text of a connector they can
+    lead to equilibria that differ by a whole turn of the cable.
+    """
+    rotation = frame(part, placement)
+    if objects.kind_of(part) is None:
+        return {"position": point(placement.Base), "orientation": quaternion(rotation)}
+    keys = {"position": point(placement.Base), "tangent": axis(rotation, 2)}
+    return keys if objects.kind_of(part) == "Clip" and not part.HoldTwist else keys | {"up": axis(rotation, 0)}
 
 
 def _same_vertex(a: tuple[Object, str, str, Any], b: tuple[Object, str, str, Any]) -> bool:
@@ -436,6 +424,11 @@ def metres(mm: float) -> float:
 def point(p: Any) -> list[float]:
     """A point of the document in m."""
     return [_rounded(x / 1000) for x in p]
+
+
+def axis(rotation: Any, k: int) -> list[float]:
+    """The x, y or z axis of a rotation."""
+    return [_rounded(x) for x in rotation.multVec(FreeCAD.Vector(*(float(k == own) for own in range(3))))]
 
 
 def quaternion(rotation: Any) -> list[float]:

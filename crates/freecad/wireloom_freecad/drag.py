@@ -9,7 +9,7 @@ import FreeCAD
 import wireloom
 
 from . import objects, paths
-from .build import build, pose
+from .build import build, frame, pose, quaternion
 from .faults import Fault, Object
 from .harness import NOT_COMPUTED, folder
 
@@ -76,8 +76,8 @@ class Drag:
             if objects.kind_of(part) is None:
                 self.session.move_obstacle(name, position=keys["position"], orientation=keys["orientation"])
             else:
-                turn = {key: keys[key] for key in ("orientation", "tangent") if key in keys}
-                self.session.move(name, position=keys["position"], **turn)
+                whole = {"orientation": quaternion(frame(part, placement))} if "up" in keys else {"tangent": keys["tangent"]}
+                self.session.move(name, position=keys["position"], **whole)
         except wireloom.RequestError as error:
             self.refused.append(f"`{part.Label}`: {error}")
             FreeCAD.Console.PrintWarning(f"{self.refused[-1]}\n")

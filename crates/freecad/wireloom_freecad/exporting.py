@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-import Part
+import Import
 import wireloom
 
 from . import objects, tubes
@@ -45,7 +45,7 @@ def toml(harness: Object, filename: str) -> None:
 
 
 def report(harness: Object, filename: str) -> None:
-    """Writes a page with the run: status, verdict, all requirements, and the harness in motion.
+    """Writes the page that plays the run in a browser.
 
     Raises:
         Fault: the harness was not computed.
@@ -92,7 +92,7 @@ def step(harness: Object, filename: str) -> None:
     """
     made = solids(harness)
     try:
-        Part.export(made, filename)
+        Import.export(made, filename)
     finally:
         for obj in made:
             harness.Document.removeObject(obj.Name)

@@ -192,6 +192,16 @@ class Observer:
                 names = ", ".join(f"`{own.Label}`" for own in broken)
                 obj.Proxy.key, obj.Proxy.run = (), None
                 clear(obj, f"{names} is in error: correct it, and recompute")
+                if obj.Sheet is not None:
+                    obj.Sheet.recompute()
+
+    def slotChangedObject(self, obj: Object, name: str) -> None:
+        """What lies in a part or body moves with that, though FreeCAD does not take it for dependent on it."""
+        if name == "Placement" and obj.hasExtension("App::GeoFeatureGroupExtension"):
+            within = obj.OutListRecursive
+            for own in harnesses(obj.Document):
+                if any(used in within for used in own.OutListRecursive):
+                    own.touch()
 
 
 observer = Observer()

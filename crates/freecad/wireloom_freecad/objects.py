@@ -277,9 +277,11 @@ def add_connector(
         if drawn is not None:
             # The angle about z at which the cable, as it is drawn, has no twist.
             z = placed.Rotation.multVec(FreeCAD.Vector(0, 0, 1))
-            about = FreeCAD.Rotation(drawn.Rotation.multVec(FreeCAD.Vector(0, 0, 1)), z)
-            free = placed.Rotation.inverted().multiply(about).multiply(drawn.Rotation)
-            connector.Offset = FreeCAD.Placement(FreeCAD.Vector(), free)
+            out, x = (drawn.Rotation.multVec(FreeCAD.Vector(*axis)) for axis in ((0, 0, 1), (1, 0, 0)))
+            if out.dot(z) < -0.999:
+                raise Fault(connector, f"z of `{pose.Label}` points into the connector: it points out, along the cable")
+            free = FreeCAD.Rotation(paths.carried(x, out, z), FreeCAD.Vector(), z, "ZXY")
+            connector.Offset = FreeCAD.Placement(FreeCAD.Vector(), placed.Rotation.inverted().multiply(free))
     elif drawn is None:
         raise Fault(connector, f"`{branch.Label}` is not drawn, so its end has no place on `{pose.Label}`: set `Offset`")
     else:

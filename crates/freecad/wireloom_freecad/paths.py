@@ -61,10 +61,12 @@ def drawn(branch: Object, spacing: float) -> Drawn | None:
     tangents = [(b - a).normalize() for a, b in zip(points, points[1:])]
     if ends is not None:
         tangents = [ends[0], *tangents, ends[1]]
-    start = end = frame(tangents[0])
+    start = frame(tangents[0])
+    x = start.multVec(Vector(1, 0, 0))
     for a, b in zip(tangents, tangents[1:]):
-        end = Rotation(a, b).multiply(end)
-    return Drawn(points, length, (tangents[0], tangents[-1]), (start, end))
+        x = carried(x, a, b)
+    frames = (start, Rotation(x, Vector(), tangents[-1], "ZXY"))
+    return Drawn(points, length, (tangents[0], tangents[-1]), frames)
 
 
 def _of_edges(branch: Object, spacing: float) -> tuple[list[Any], float, tuple[Any, Any]]:
@@ -135,6 +137,15 @@ def frame(direction: Any) -> Any:
     """A rotation with its z axis along a direction, and x as near to the world's z, else x axis as possible."""
     x = Vector(0, 0, 1) if abs(direction.z) < 0.9 else Vector(1, 0, 0)
     return Rotation(x, Vector(), direction, "ZXY")
+
+
+def carried(across: Any, a: Any, b: Any) -> Any:
+    """A unit vector across a, carried to b by the shortest turn from a to b.
+
+    FreeCAD's `Rotation(a, b)` is not a number where round-off makes a · b larger than 1.
+    """
+    turned = across - (a + b) * (across.dot(b) / (1.0 + a.dot(b)))
+    return (turned - b * turned.dot(b)).normalize()
 
 
 def global_placement(obj: Object) -> Any:

@@ -11,6 +11,8 @@ import numpy.typing as npt
 import Part
 import wireloom
 
+from .paths import carried
+
 Array = npt.NDArray[np.float64]
 
 #: Poles of a circle of radius 1, those of the corners with a weight of their own.
@@ -54,8 +56,7 @@ def solid(branch: wireloom.Branch) -> Part.Shape:
     tangents = [curve.tangent(s)[0] for s in at]
     normals = [_across(tangents[0])]
     for a, b in zip(tangents, tangents[1:]):
-        turned = FreeCAD.Rotation(a, b).multVec(normals[-1])
-        normals.append((turned - b * turned.dot(b)).normalize())
+        normals.append(carried(normals[-1], a, b))
     tracks = []
     for u, v in CIRCLE:
         track = Part.BSplineCurve()
