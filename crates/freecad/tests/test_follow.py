@@ -34,11 +34,10 @@ def test_a_part_that_moves_takes_its_clip_along(document: Any, tmp_path: Path) -
     bracket.Placement.Base = Vector(0, 0, 15)
     document.recompute()
     not_good(harness)
-    assert harness.Violations and len(harness.Violations) == len(harness.ViolationPoints)
+    assert 'begins' in harness.Reason and "bracket" in harness.Reason, "the trunk is drawn through it now"
     bracket.Placement.Base = Vector()
     document.recompute()
     good(harness)
-    assert harness.Violations == []
 
 
 def test_a_coordinate_system_gives_place_and_direction(y: Y) -> None:

@@ -65,10 +65,14 @@ def solid(branch: wireloom.Branch) -> Part.Shape:
         tracks.append(track)
     tracks.append(tracks[0])
     faces = []
+    rims: tuple[list[Part.Shape], list[Part.Shape]] = ([], [])
     for quarter in range(4):
-        faces += _faces(tracks[2 * quarter : 2 * quarter + 3])
-    for k in (0, -1):
-        faces.append(Part.Face(Part.Wire(Part.makeCircle(radius, centres[k], tangents[k]))))
+        surfaces = _surfaces(tracks[2 * quarter : 2 * quarter + 3])
+        faces += [surface.toShape() for surface in surfaces]
+        rims[0].append(surfaces[0].vIso(at[0]).toShape())
+        rims[1].append(surfaces[-1].vIso(at[-1]).toShape())
+    # Discs with the same edges as the tube: others do not always sew.
+    faces += [Part.Face(Part.Wire(rim)) for rim in rims]
     shell = Part.makeShell(faces)
     shell.sewShape()
     tube = Part.Solid(shell)
@@ -78,13 +82,13 @@ def solid(branch: wireloom.Branch) -> Part.Shape:
     return tube
 
 
-def _faces(tracks: list[Part.BSplineCurve]) -> list[Part.Shape]:
-    """A quarter of the tube: faces between three tracks of poles."""
+def _surfaces(tracks: list[Part.BSplineCurve]) -> list[Part.BSplineSurface]:
+    """A quarter of the tube: surfaces between three tracks of poles, one after the other along it."""
     poles = [track.getPoles() for track in tracks]
     weights = [[weight] * len(poles[0]) for weight in (1.0, math.sqrt(0.5), 1.0)]
     along, degree = tracks[0].getKnots(), tracks[0].Degree
     multiplicities = tracks[0].getMultiplicities()
-    faces = []
+    surfaces = []
     for first in range(0, len(along) - 1, LONGEST):
         surface = Part.BSplineSurface()
         surface.buildFromPolesMultsKnots(
@@ -92,8 +96,8 @@ def _faces(tracks: list[Part.BSplineCurve]) -> list[Part.Shape]:
         )
         if len(along) - 1 > LONGEST:
             surface.segment(0.0, 1.0, along[first], along[min(first + LONGEST, len(along) - 1)])
-        faces.append(surface.toShape())
-    return faces
+        surfaces.append(surface)
+    return surfaces
 
 
 def _across(direction: FreeCAD.Vector) -> FreeCAD.Vector:
