@@ -61,9 +61,11 @@ def start_drag(document: Any, selection: list[Chosen]) -> None:
         target = target.Pose
     elif objects.kind_of(target) == "Clip" and target.Face:
         target = target.Face[0]
-    drag.Drag(own)
-    # Mode 1 is FreeCAD's own dragger; it writes the placement, and the drag follows that.
-    FreeCADGui.getDocument(document.Name).setEdit(target.Name, 1)
+    hand = drag.Drag(own)
+    # Mode 1 is FreeCAD's own dragger.
+    gui = FreeCADGui.getDocument(document.Name)
+    gui.setEdit(target.Name, 1)
+    view.follow_dragger(gui.ActiveView.getSceneGraph(), target, hand)
 
 
 def end_drag(document: Any, _chosen: list[Chosen], step: str = "") -> None:
@@ -120,20 +122,20 @@ COMMANDS = {
         "Requirement", "A limit on the selected part, or a clearance of two", "requirement", chosen.requirement
     ),
     "Wireloom_Step": Command("Step", "A step that moves the selected parts", "step", chosen.step),
-    "Wireloom_Record": Command("Record motion", "Records the selected step from its driver", "step", chosen.record),
-    "Wireloom_Drag": Command("Drag", "Drags the selected part; the harness follows", "connector", start_drag),
-    "Wireloom_EndDrag": Command("End drag", "Keeps the parts where they are", "harness", end_drag),
-    "Wireloom_KeepDrag": Command("End drag as a step", "Keeps the motion as a step", "step", keep_as_step),
-    "Wireloom_Import": Command("Import", "A harness from TOML or KBL", "harness", import_file),
-    "Wireloom_Solids": Command("Solids", "The tubes as objects of the document", "branch", make_solids),
+    "Wireloom_Record": Command("Record motion", "Records the selected step from its driver", "record", chosen.record),
+    "Wireloom_Drag": Command("Drag", "Drags the selected part; the harness follows", "drag", start_drag),
+    "Wireloom_EndDrag": Command("End drag", "Keeps the parts where they are", "end_drag", end_drag),
+    "Wireloom_KeepDrag": Command("End drag as a step", "Keeps the motion as a step", "keep_drag", keep_as_step),
+    "Wireloom_Import": Command("Import", "A harness from TOML or KBL", "import", import_file),
+    "Wireloom_Solids": Command("Solids", "The tubes as objects of the document", "solids", make_solids),
     "Wireloom_Step_File": Command(
-        "Export STEP", "The tubes as solids", "branch", _exporter("Export STEP", "STEP (*.step)", exporting.step)
+        "Export STEP", "The tubes as solids", "export_step", _exporter("Export STEP", "STEP (*.step)", exporting.step)
     ),
     "Wireloom_Toml": Command(
-        "Export scenario", "The scenario as TOML", "harness", _exporter("Export", "Scenario (*.toml)", exporting.toml)
+        "Export scenario", "The scenario as TOML", "export_scenario", _exporter("Export", "Scenario (*.toml)", exporting.toml)
     ),
     "Wireloom_Report": Command(
-        "Report", "The run as a page", "requirement", _exporter("Report", "Page (*.html)", exporting.report)
+        "Report", "The run as a page", "report", _exporter("Report", "Page (*.html)", exporting.report)
     ),
 }
 

@@ -46,6 +46,8 @@ class Drag:
         self.refused: list[str] = []
         """Motions without an equilibrium; the harness stayed in the last one on the way."""
         self.closed = False
+        self.sensors: list[Any] = []
+        """What the user interface watches while it is open."""
         self.parts: list[Object] = []
         for part in harness.Parts:
             kind = objects.kind_of(part)
@@ -57,13 +59,28 @@ class Drag:
         self.start = dict(self.placed)
         open_drags.append(self)
 
+    def carried(self, carrier: Object) -> list[Object]:
+        """What moves with an object of the document."""
+        found = []
+        for part in self.parts:
+            if part == carrier or carrier in part.OutListRecursive or _holds(carrier, part):
+                found.append(part)
+        return found
+
     def follow(self, changed: Object) -> None:
         """Moves the harness after a change of an object's placement."""
-        for part in self.parts:
-            if part == changed or changed in part.OutListRecursive or _holds(changed, part):
-                place = objects.placement(part)
-                if not paths.same(place, self.placed[part]):
-                    self.move(part, place)
+        for part in self.carried(changed):
+            place = objects.placement(part)
+            if not paths.same(place, self.placed[part]):
+                self.move(part, place)
+
+    def preview(self, carrier: Object, placement: Any) -> None:
+        """Moves the harness as if an object had another placement, which the document does not have yet."""
+        motion = _motion(carrier, placement)
+        for part in self.carried(carrier):
+            place = motion.multiply(objects.placement(part))
+            if not paths.same(place, self.placed[part]):
+                self.move(part, place)
 
     def move(self, part: Object, placement: Any) -> wireloom.Step:
         """Moves one part to a placement; the harness follows. The document's own placement is not changed."""
@@ -116,6 +133,8 @@ class Drag:
         """Frees the session; what it has shown stays."""
         if not self.closed:
             self.closed = True
+            for sensor in self.sensors:
+                sensor.detach()
             open_drags.remove(self)
             self.session.close()
 
@@ -135,12 +154,21 @@ def _put(part: Object, placement: Any) -> None:
         target = part.Pose
     elif objects.kind_of(part) == "Clip" and part.Face:
         target = part.Face[0]
-    now = objects.placement(part)
-    own = target.Placement
-    around = target.getParentGeoFeatureGroup()
-    outer = FreeCAD.Placement() if around is None else paths.global_placement(around)
-    # placement · now⁻¹ moves the part; the same motion in the axes of the container moves its carrier.
-    target.Placement = outer.inverse() * placement * now.inverse() * outer * own
+    motion = placement.multiply(objects.placement(part).inverse())
+    outer = _outer(target)
+    target.Placement = outer.inverse().multiply(motion).multiply(outer).multiply(target.Placement)
+
+
+def _outer(obj: Object) -> Any:
+    """Placement of what contains an object."""
+    around = obj.getParentGeoFeatureGroup()
+    return FreeCAD.Placement() if around is None else paths.global_placement(around)
+
+
+def _motion(carrier: Object, placement: Any) -> Any:
+    """The motion in the document by which an object gets a placement of its own."""
+    outer = _outer(carrier)
+    return outer.multiply(placement).multiply(carrier.Placement.inverse()).multiply(outer.inverse())
 
 
 class Observer:

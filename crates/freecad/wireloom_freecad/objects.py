@@ -160,12 +160,25 @@ class Proxy:
             raise ValueError(obj.Fault)
         if self.kind == "Branch":
             self._draw(obj)
-        elif self.kind in ("Connector", "Clip") and obj.Shape.isNull():
-            box = Part.makeBox(8, 8, 12) if self.kind == "Connector" else Part.makeBox(10, 10, 4)
-            centre = FreeCAD.Vector(4, 4, 12) if self.kind == "Connector" else FreeCAD.Vector(5, 5, 2)
-            placement = obj.Placement
-            obj.Shape = box.translated(-centre)
-            obj.Placement = placement
+        elif self.kind in ("Connector", "Clip"):
+            self._show(obj)
+
+    def _show(self, obj: Object) -> None:
+        """Shows a connector or a clip as a box, where it holds the cable. What is wrong is the harness's to tell."""
+        try:
+            size = 2.0 * radius(obj.Branch) if obj.Branch is not None else 8.0
+            placed = placement(obj)
+        except Fault:
+            return
+        # A connector is a box behind the end that it holds, a clip a plate around the cable.
+        half, low, high = (0.9 * size, -2.2 * size, 0.0) if self.kind == "Connector" else (0.75 * size, -2.5, 2.5)
+        corner = FreeCAD.Vector(-half, -half, low)
+        carried = (obj.Pose if self.kind == "Connector" else obj.Face) is not None
+        if not carried:
+            # Its own placement is where it is, but for the offset.
+            placed = obj.Placement
+        obj.Shape = Part.makeBox(2 * half, 2 * half, high - low, corner)
+        obj.Placement = placed
 
     def _draw(self, obj: Object) -> None:
         """Shows the drawn line of a branch. What is wrong with it is the harness's to tell."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import FreeCAD
 import numpy as np
 import wireloom
 from pivy import coin
 
-from . import objects, tubes
+from . import drag, tubes
 from .faults import Object
 
 ICONS = Path(__file__).parent / "icons"
@@ -160,6 +161,38 @@ def _mark(text: str, place: Any) -> coin.SoSeparator:
     return mark
 
 
-def kinds() -> list[str]:
-    """Names of the icons that there must be."""
-    return [*(kind.lower() for kind in objects.PROPERTIES), "harness_not_good"]
+#: FreeCAD's dragger, by its names in versions of FreeCAD.
+DRAGGERS = ("SoFCCSysDragger", "SoTransformDragger")
+
+
+def follow_dragger(scene: Any, target: Object, hand: drag.Drag) -> bool:
+    """Lets an object follow FreeCAD's dragger while that is moved: FreeCAD itself writes its placement at the end alone.
+
+    Returns:
+        Whether the dragger was found; without it the harness follows at the end of each motion.
+    """
+    search = coin.SoSearchAction()
+    for name in DRAGGERS:
+        kind = coin.SoType.fromName(name)
+        if kind.isBad():
+            continue
+        search.setType(kind)
+        search.setSearchingAll(True)
+        search.apply(scene)
+        if search.getPath() is not None:
+            break
+    else:
+        return False
+    dragger = search.getPath().getTail()
+    fields = {own: dragger.getField(own) for own in ("translation", "rotation")}
+
+    def moved(*_: Any) -> None:
+        if hand.closed:
+            return
+        x, q = (fields[own].getValue().getValue() for own in ("translation", "rotation"))
+        hand.preview(target, FreeCAD.Placement(FreeCAD.Vector(*x), FreeCAD.Rotation(*q)))
+
+    hand.sensors = [coin.SoFieldSensor(moved, None) for _ in fields]
+    for sensor, field in zip(hand.sensors, fields.values()):
+        sensor.attach(field)
+    return True
