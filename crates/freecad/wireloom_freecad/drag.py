@@ -29,7 +29,7 @@ class Drag:
         Fault: the harness has faults, or no equilibrium.
         """
         for other in open_drags:
-            if other.harness == harness:
+            if bool(other.harness == harness):
                 raise Fault(harness, "it is moved by hand already: end that first")
         built = build(harness, folder(harness.Document))
         if built.scenario is None or built.faults:
@@ -38,8 +38,8 @@ class Drag:
             self.session = wireloom.Session(built.scenario)
         except wireloom.Error as error:
             raise Fault(harness, f"it cannot be moved by hand: {error}") from None
-        self.harness = harness
-        self.document = harness.Document.Name
+        self.harness: Object = harness
+        self.document: str = harness.Document.Name
         self.step = self.session.state
         self.times: list[float] = []
         """Duration of every motion, s."""

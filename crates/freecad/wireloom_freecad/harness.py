@@ -143,7 +143,7 @@ class Harness(objects.Proxy):
         steps = self.run.steps if self.run is not None else ()
         if not steps:
             return None
-        number = obj.ShownStep
+        number = int(obj.ShownStep)
         if not 0 <= number <= len(steps):
             reason = f"`ShownStep` is {number}: the harness has the steps 1 to {len(steps)}, and 0 for the last one"
             self.refuse(obj, [reason])

@@ -14,7 +14,7 @@ import FreeCAD
 import Mesh
 import wireloom
 
-from . import objects
+from . import objects, paths
 from .faults import Object
 
 #: Lengths of sections that are properties.
@@ -301,4 +301,4 @@ def _rotation(entry: dict[str, Any], default: Any | None = None) -> Any | None:
     if tangent is None:
         return default
     up = _vector(entry.get("up"))
-    return objects.paths.frame(tangent) if up is None else FreeCAD.Rotation(up, FreeCAD.Vector(), tangent, "ZXY")
+    return paths.frame(tangent) if up is None else FreeCAD.Rotation(up, FreeCAD.Vector(), tangent, "ZXY")

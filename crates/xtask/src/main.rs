@@ -3,6 +3,7 @@
 
 mod capi;
 mod compare;
+mod freecad;
 mod hunt;
 mod package;
 mod peer;
@@ -19,6 +20,7 @@ cargo xtask COMMAND
   test     all checks that a change must pass: format, lints, docs, tests, licences; installs the tools for them
   hunt     checks the results of random harnesses; minimises failures and saves them in target/hunt (hunt --help)
   package  packs the Python package as a wheel, installs it into the target folder, and runs its tests
+  freecad  packs the Python package, and tests the FreeCAD workbench with it; installs FreeCAD
   capi [--debug] [FOLDER]
            builds the C library and installs it, with its headers, into a folder (target/capi)
   readme   updates the output of commands in README.md, and its picture
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         ["compare-commits", arguments @ ..] => compare::compare(arguments),
         ["peer"] => peer::peer(),
         ["package"] => package::package(),
+        ["freecad"] => freecad::freecad(),
         ["capi", arguments @ ..] => capi::install(arguments),
         ["readme"] => readme::readme(),
         ["reality"] => readme::reality(),

@@ -4,7 +4,7 @@ use crate::run::{command, root, step, target};
 use crate::tools;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Folder of the package's sources.
 const PACKAGE: &str = "crates/python";
@@ -23,7 +23,7 @@ pub fn test(python: &str) -> Result<(), String> {
     // sees the package alone and would compile most crates again.
     let build = ["build", "--quiet", "--workspace", "--lib", "--tests"];
     step("the compiled part of the Python package", &mut command("cargo", &build))?;
-    let stage = target().join("tools/wheel/wireloom");
+    let stage = stage();
     let wheels = target().join("tools/wheel");
     collect(&stage).map_err(|error| format!("the files of the Python package: {error}"))?;
     let (stage, wheels) = (stage.to_string_lossy().into_owned(), wheels.to_string_lossy().into_owned());
@@ -43,6 +43,11 @@ pub fn test(python: &str) -> Result<(), String> {
     step("types of the Python package", &mut command(python, &["-m", "mypy", "--config-file", &config, &sources]))?;
     let stubs = ["-m", "mypy.stubtest", "wireloom", "--mypy-config-file", &config];
     step("its stubs match the compiled part", &mut command(python, &stubs))
+}
+
+/// Folder in which the package lies as it is in its wheel.
+pub fn stage() -> PathBuf {
+    target().join("tools/wheel/wireloom")
 }
 
 /// Puts the sources of the package and its compiled part into one new folder.

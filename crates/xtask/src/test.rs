@@ -1,5 +1,6 @@
 //! `cargo xtask test`: all checks. Fast checks come first.
 
+use crate::freecad;
 use crate::package;
 use crate::run::{command, root, step, target, tests};
 use crate::tools;
@@ -28,6 +29,7 @@ pub fn test() -> Result<(), String> {
     tests("tests and doc tests", &mut all)?;
     if let Some(python) = &python {
         package::test(python)?;
+        freecad::test(python)?;
     }
     page()?;
     let deny = tools::deny()?;

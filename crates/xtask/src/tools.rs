@@ -1,6 +1,6 @@
 //! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, CMake, pkg-config, Node and a browser for
-//! the studio's page, cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into the
-//! target folder.
+//! the studio's page, FreeCAD, cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into
+//! the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -57,6 +57,26 @@ pub fn finders() {
     if let Err(error) = install("install what finds the C library", &missing) {
         println!("{error}\nno {}: the tests of the C library that need it are ignored", missing.join(" and no "));
     }
+}
+
+/// The Python that has FreeCAD's modules, pytest, and a display without a screen for its user interface; installs them if
+/// they are missing. Without it the tests of the workbench are left out.
+pub fn freecad() -> Option<&'static str> {
+    const PACKAGES: [&str; 6] =
+        ["freecad-python3", "libgl1-mesa-dri", "python3-numpy", "python3-pytest", "xauth", "xvfb"];
+    // Debian's: FreeCAD is compiled for the Python of the system, whatever others there are.
+    const PYTHON: &str = "/usr/bin/python3";
+    let there = || {
+        let known =
+            "import sys; sys.path.append('/usr/lib/freecad-python3/lib'); import FreeCAD, numpy, pytest, tomllib";
+        works(&mut command(PYTHON, &["-c", known]))
+            && works(&mut command("sh", &["-c", "command -v xvfb-run && command -v xauth"]))
+    };
+    if there() || install("install FreeCAD", &PACKAGES).is_ok_and(|()| there()) {
+        return Some(PYTHON);
+    }
+    println!("   FreeCAD of Debian 12 or later is missing: the tests of its workbench are left out");
+    None
 }
 
 /// Installs packages on Debian and its derivatives, as root or with passwordless sudo.
