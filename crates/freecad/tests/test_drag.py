@@ -7,9 +7,8 @@ from typing import Any
 
 import FreeCAD
 import pytest
-from conftest import Y, good
-
 import wireloom
+from conftest import Y, good
 from wireloom_freecad import drag, objects
 from wireloom_freecad.faults import Fault
 
@@ -43,6 +42,32 @@ def test_a_drag_is_kept_as_a_step(y: Y) -> None:
     good(y.harness)
     assert y.end("right") == pytest.approx([550, -80, 25], abs=1e-6)
     assert y.harness.Proxy.run.steps[-1].name == "lift C"
+
+
+def test_a_second_drag_goes_on_where_the_steps_end(y: Y) -> None:
+    y.document.recompute()
+    first = drag.Drag(y.harness)
+    y.c.Placement.Base = Vector(550, -80, 25)
+    first.end("lift C")
+    y.document.recompute()
+    second = drag.Drag(y.harness)
+    assert second.step.branches["right"].position[-1] == pytest.approx([0.55, -0.08, 0.025], abs=1e-9)
+    y.c.Placement.Base = Vector(548, -80, 0)
+    assert second.step.branches["right"].position[-1] == pytest.approx([0.548, -0.08, 0.025], abs=1e-9)
+    second.end("pull C")
+    y.document.recompute()
+    good(y.harness)
+    assert [step.name for step in y.harness.Proxy.run.steps] == ["lift C", "pull C"]
+    assert y.end("right") == pytest.approx([548, -80, 25], abs=1e-6)
+
+
+def test_the_document_keeps_its_placements_in_a_preview(y: Y) -> None:
+    y.document.recompute()
+    hand = drag.Drag(y.harness)
+    hand.preview(y.c, FreeCAD.Placement(Vector(550, -80, 12), y.c.Placement.Rotation))
+    assert y.c.Placement.Base.z == 0
+    assert hand.step.branches["right"].position[-1] == pytest.approx([0.55, -0.08, 0.012], abs=1e-9)
+    hand.end()
 
 
 def test_a_part_that_carries_a_plug_is_dragged(y: Y) -> None:

@@ -9,7 +9,6 @@ import FreeCAD
 import Part
 import pytest
 from conftest import Y, good, not_good
-
 from wireloom_freecad import exporting, objects
 from wireloom_freecad.faults import Fault
 
@@ -166,6 +165,13 @@ def joint_of_two(y: Y) -> Any:
     return objects.add(y.harness, "Joint", "J", Branches=[y.trunk, y.left])
 
 
+def ends_on_a_line(y: Y) -> Any:
+    import walk
+
+    stub = walk.line(y.document, "stub", (150, 0, 0), (150, 60, 0))
+    return objects.add_branch(y.harness, "stub", [stub], y.section)
+
+
 CASES: list[tuple[Callable[[Y], Any], str]] = [
     (open_shell, "open shell: make a solid"),
     (open_mesh, "open mesh: close its holes"),
@@ -176,6 +182,7 @@ CASES: list[tuple[Callable[[Y], Any], str]] = [
     (zero_length, "0.01 mm long: draw at least 0.1 mm"),
     (edges_apart, "choose edges that join in one line"),
     (ring, "split the ring"),
+    (ends_on_a_line, "starts on the line of `trunk`: split that"),
     (face_is_gone, "face is gone: set `Face`"),
     (face_is_smaller, "any more: place it anew"),
     (face_is_curved, "choose a plane or a cylinder"),
@@ -233,7 +240,7 @@ def test_all_faults_are_told_at_once_and_go_when_they_are_corrected(y: Y) -> Non
 
 
 def test_a_run_that_does_not_converge_is_in_error(y: Y) -> None:
-    y.harness.Other = "[minimiser]\nkind = \"newton\"\nmax_iterations = 1"
+    y.harness.Other = '[minimiser]\nkind = "newton"\nmax_iterations = 1'
     y.document.recompute()
     not_good(y.harness)
     assert y.harness.Status != "converged" and y.harness.Verdict == "unresolved"

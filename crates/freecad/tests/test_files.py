@@ -9,10 +9,9 @@ from typing import Any
 import FreeCAD
 import numpy as np
 import pytest
+import wireloom
 from conftest import HERE, SCENARIOS, Y, good, not_good
 from walk import walk
-
-import wireloom
 from wireloom_freecad import exporting, importing, objects
 
 #: Scenarios with all kinds of entries; each is computed from its text, and from its objects.

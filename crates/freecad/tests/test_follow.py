@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from conftest import Y, good, not_good
 from walk import walk
-
 from wireloom_freecad import chosen, motion, objects, paths
 from wireloom_freecad.faults import Fault
 
@@ -34,7 +33,7 @@ def test_a_part_that_moves_takes_its_clip_along(document: Any, tmp_path: Path) -
     bracket.Placement.Base = Vector(0, 0, 15)
     document.recompute()
     not_good(harness)
-    assert 'begins' in harness.Reason and "bracket" in harness.Reason, "the trunk is drawn through it now"
+    assert "begins" in harness.Reason and "bracket" in harness.Reason, "the trunk is drawn through it now"
     bracket.Placement.Base = Vector()
     document.recompute()
     good(harness)

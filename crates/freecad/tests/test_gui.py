@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import HERE
-
 import wireloom
+from conftest import HERE
 
 #: Preferences: no page at the start, which needs a browser.
 PREFERENCES = """<?xml version="1.0" encoding="UTF-8" standalone="no" ?>
 <FCParameters>
   <FCParamGroup Name="Root"><FCParamGroup Name="BaseApp"><FCParamGroup Name="Preferences">
     <FCParamGroup Name="General"><FCText Name="AutoloadModule">PartWorkbench</FCText></FCParamGroup>
-    <FCParamGroup Name="Mod"><FCParamGroup Name="Start"><FCBool Name="ShowOnStartup" Value="0"/></FCParamGroup></FCParamGroup>
+    <FCParamGroup Name="Mod"><FCParamGroup Name="Start">
+      <FCBool Name="ShowOnStartup" Value="0"/>
+    </FCParamGroup></FCParamGroup>
   </FCParamGroup></FCParamGroup></FCParamGroup>
 </FCParameters>
 """

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import Part
 import pytest
+import wireloom
 from conftest import good
 from walk import walk
-
-import wireloom
 from wireloom_freecad import exporting, tubes
 
 

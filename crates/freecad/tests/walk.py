@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
 import FreeCAD
 import Import
 import Part
-
 from wireloom_freecad import objects
 
 Vector = FreeCAD.Vector
@@ -43,7 +43,7 @@ def line(document: Any, label: str, *points: tuple[float, float, float]) -> Any:
     along = Vector(1, 0, 0)
     given = [Vector(*p) for p in points]
     lengths = [0.0]
-    for a, b in zip(given, given[1:]):
+    for a, b in itertools.pairwise(given):
         lengths.append(lengths[-1] + a.distanceToPoint(b))
     curve.interpolate(Points=given, Parameters=lengths, InitialTangent=along, FinalTangent=along, Scale=False)
     drawn = document.addObject("Part::Feature", "Line")
@@ -102,7 +102,9 @@ def walk(document: Any, folder: Path) -> tuple[Any, Any]:
     for label, branch, least in (("trunk is free", branches[0], "0.5 mm"), ("left is free", branches[1], "2 mm")):
         objects.add(harness, "Requirement", label, Quantity="clearance", Of=[branch, around], Min=least)
     clip = next(part for part in harness.Parts if part.Label == "clip")
-    objects.add(harness, "Requirement", "clip holds", Quantity="force", Of=[clip], Max="30 N", Because="sheet of the clip")
+    objects.add(
+        harness, "Requirement", "clip holds", Quantity="force", Of=[clip], Max="30 N", Because="sheet of the clip"
+    )
     return harness, bracket
 
 

@@ -18,6 +18,8 @@ import wireloom
 from . import objects, paths, surroundings
 from .faults import Fault, Object
 
+#: An end that is nearer to the line of another branch lies on it, mm.
+TOUCHES = 0.1
 #: Keys with which an entry gives its own pose.
 POSE = ("position", "tangent", "up", "orientation")
 
@@ -186,17 +188,36 @@ class _Builder:
                     break
             else:
                 groups.append([own])
-        labels = {tuple(sorted(b.Name for b in joint.Branches)): objects.name(joint) for joint in joints if joint.Branches}
+        labels = {
+            tuple(sorted(b.Name for b in joint.Branches)): objects.name(joint) for joint in joints if joint.Branches
+        }
         names: dict[tuple[Object, str], str] = {}
         for number, group in enumerate(groups, 1):
             given = next((text for _, _, text, _ in group if text), "")
             label = labels.get(tuple(sorted(branch.Name for branch, *_ in group)), "")
-            name = given or label or (f"joint {number}" if len(group) > 1 else f"{objects.name(group[0][0])} {group[0][1]}")
+            name = (
+                given
+                or label
+                or (f"joint {number}" if len(group) > 1 else f"{objects.name(group[0][0])} {group[0][1]}")
+            )
             names.update({(branch, end): name for branch, end, *_ in group})
         return names
 
+    def apart(self, branch: Object, end: str, place: Any) -> None:
+        """Holds that an end does not lie on the way of another branch, where nothing would join them."""
+        if sum(name == self.vertices.get((branch, end)) for name in self.vertices.values()) > 1:
+            return
+        for other, line in self.lines.items():
+            if other != branch and line is not None and paths.distance(line.points, place) < TOUCHES:
+                word = "starts" if end == "from" else "ends"
+                raise Fault(branch, f"it {word} on the line of `{other.Label}`: split that into two branches there")
+
     def branch(self, branch: Object) -> dict[str, Any]:
         line = self.line(branch)
+        if line is not None:
+            for end, given, k in (("from", branch.From, 0), ("to", branch.To, -1)):
+                if not given:
+                    self.apart(branch, end, line.points[k])
         if branch.Section is None:
             raise Fault(branch, "it has no section: set `Section`")
         if branch.Length.Value <= 0 and line is None:
@@ -394,8 +415,8 @@ def frame(part: Object, placement: Any) -> Any:
 def pose(part: Object, placement: Any) -> dict[str, Any]:
     """Keys of the pose that a part has with a placement; see `objects.placement`.
 
-    A frame is given by its directions: a quaternion and its negative are one frame, but as the text of a connector they can
-    lead to equilibria that differ by a whole turn of the cable.
+    A frame is given by its directions: a quaternion and its negative are one frame, but as the text of a connector they
+    can lead to equilibria that differ by a whole turn of the cable.
     """
     rotation = frame(part, placement)
     if objects.kind_of(part) is None:

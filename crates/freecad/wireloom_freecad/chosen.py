@@ -79,7 +79,7 @@ def joint(document: Any, chosen: list[Chosen]) -> Object:
 
 
 def connector(document: Any, chosen: list[Chosen]) -> Object:
-    """A connector of the selected branch, on the selected coordinate system or part, at the end that is nearer to it."""
+    """A connector of the selected branch, on the selected coordinate system or part, at the end that is nearer."""
     branches = of_kind(chosen, "Branch")
     carriers = foreign(chosen)
     if len(branches) != 1 or len(carriers) > 1:

@@ -112,7 +112,10 @@ COMMANDS = {
     "Wireloom_Branch": Command("Branch", "A branch along selected edges, wires or a sketch", "branch", chosen.branch),
     "Wireloom_Joint": Command("Joint", "A joint of the selected branches", "joint", chosen.joint),
     "Wireloom_Connector": Command(
-        "Connector", "Holds an end of the selected branch, on a coordinate system or a part", "connector", chosen.connector
+        "Connector",
+        "Holds an end of the selected branch, on a coordinate system or a part",
+        "connector",
+        chosen.connector,
     ),
     "Wireloom_Clip": Command("Clip", "Holds the selected branch on the selected face", "clip", chosen.clip),
     "Wireloom_Surroundings": Command(
@@ -132,7 +135,10 @@ COMMANDS = {
         "Export STEP", "The tubes as solids", "export_step", _exporter("Export STEP", "STEP (*.step)", exporting.step)
     ),
     "Wireloom_Toml": Command(
-        "Export scenario", "The scenario as TOML", "export_scenario", _exporter("Export", "Scenario (*.toml)", exporting.toml)
+        "Export scenario",
+        "The scenario as TOML",
+        "export_scenario",
+        _exporter("Export", "Scenario (*.toml)", exporting.toml),
     ),
     "Wireloom_Report": Command(
         "Report", "The run as a page", "report", _exporter("Report", "Page (*.html)", exporting.report)

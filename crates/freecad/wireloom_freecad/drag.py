@@ -57,7 +57,29 @@ class Drag:
                 self.parts += part.Solids
         self.placed = {part: objects.placement(part) for part in self.parts}
         self.start = dict(self.placed)
+        # The session begins after all steps, the document is drawn before them.
+        self.after = {part: self._after_steps(part) for part in self.parts}
         open_drags.append(self)
+
+    def _after_steps(self, part: Object) -> Any:
+        """Where a part is when all steps are carried out."""
+        held = self.step.constraints.get(objects.name(part)) if objects.kind_of(part) else None
+        if held is not None:
+            w, x, y, z = held.orientation
+            rotation = FreeCAD.Rotation(x, y, z, w)
+            if objects.kind_of(part) == "Connector" and part.End == "to":
+                rotation = rotation.multiply(objects.HALF_TURN)
+            return FreeCAD.Placement(FreeCAD.Vector(*(held.position * 1000.0)), rotation)
+        place = self.start[part]
+        for step in self.harness.Parts:
+            if objects.kind_of(step) == "Step" and part in step.Moved:
+                place = step.Placements[len(step.Placements) - len(step.Moved) + step.Moved.index(part)]
+        return place
+
+    def target(self, part: Object) -> Any:
+        """Where a part is in the harness: after all steps, moved on as its placement in the document was."""
+        motion = self.placed[part].multiply(self.start[part].inverse())
+        return motion.multiply(self.after[part])
 
     def carried(self, carrier: Object) -> list[Object]:
         """What moves with an object of the document."""
@@ -86,19 +108,22 @@ class Drag:
         """Moves one part to a placement; the harness follows. The document's own placement is not changed."""
         if self.closed:
             raise wireloom.ClosedError("this drag has ended: start another one")
-        keys = pose(part, placement)
         began = time.perf_counter()
+        self.placed[part] = placement
+        target = self.target(part)
+        keys = pose(part, target)
         name = objects.name(part)
         try:
             if objects.kind_of(part) is None:
                 self.session.move_obstacle(name, position=keys["position"], orientation=keys["orientation"])
             else:
-                whole = {"orientation": quaternion(frame(part, placement))} if "up" in keys else {"tangent": keys["tangent"]}
+                whole = (
+                    {"orientation": quaternion(frame(part, target))} if "up" in keys else {"tangent": keys["tangent"]}
+                )
                 self.session.move(name, position=keys["position"], **whole)
         except wireloom.RequestError as error:
             self.refused.append(f"`{part.Label}`: {error}")
             FreeCAD.Console.PrintWarning(f"{self.refused[-1]}\n")
-        self.placed[part] = placement
         self.step = self.session.state
         # What is shown was computed, but not checked against the requirements.
         self.harness.Status, self.harness.Verdict = "moved by hand: recompute", NOT_COMPUTED[1]
@@ -111,7 +136,8 @@ class Drag:
         """Ends the drag. The harness is computed anew by the next recompute, with everything where it is now.
 
         Args:
-            step: a label: everything goes back to where it was, and a step of this label carries it to where it is.
+            step: a label: everything goes back to where it was, and a step of this label carries it to where it is;
+                without one it begins where it is now, before all steps.
 
         Returns:
             The step.
@@ -122,7 +148,7 @@ class Drag:
         made = None
         moved = [part for part in self.parts if not paths.same(self.placed[part], self.start[part])]
         if step and moved:
-            targets = [self.placed[part] for part in moved]
+            targets = [self.target(part) for part in moved]
             for part in moved:
                 _put(part, self.start[part])
             made = objects.add(self.harness, "Step", step, Moved=moved, Placements=targets)

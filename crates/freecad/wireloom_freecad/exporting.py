@@ -57,7 +57,7 @@ def report(harness: Object, filename: str) -> None:
 def computed(harness: Object) -> wireloom.Run:
     """The run of a harness."""
     run: wireloom.Run | None = harness.Proxy.run
-    if run is None or "Touched" in harness.State and "Invalid" not in harness.State:
+    if run is None or ("Touched" in harness.State and "Invalid" not in harness.State):
         raise Fault(harness, "it is not computed as it is: recompute the document")
     return run
 

@@ -225,12 +225,16 @@ class _Importer:
             raise ValueError(f"obstacle `{entry['name']}`: give its position in m and its orientation as a quaternion")
         solid = self.document.addObject("Mesh::Feature", "WireloomObstacle")
         mesh = Mesh.Mesh(str(self.folder / name))
-        mesh.transform(FreeCAD.Matrix(*[1000.0 * scale if k % 5 == 0 and k < 15 else float(k == 15) for k in range(16)]))
+        mesh.transform(
+            FreeCAD.Matrix(*[1000.0 * scale if k % 5 == 0 and k < 15 else float(k == 15) for k in range(16)])
+        )
         solid.Mesh = mesh
         solid.Placement = FreeCAD.Placement(position, frame)
         solid.Label = entry["name"]
         if solid.Label != entry["name"]:
-            raise ValueError(f"the document has a `{entry['name']}` already, like the obstacle: open the file on its own")
+            raise ValueError(
+                f"the document has a `{entry['name']}` already, like the obstacle: open the file on its own"
+            )
         part = self.new("Surroundings", f"{entry['name']} (surroundings)")
         part.Solids = [solid]
         part.Friction = entry.pop("friction", 0.0)

@@ -62,9 +62,21 @@ PROPERTIES: dict[str, list[tuple[str, str, str, str, Any]]] = {
     "Connector": [
         ("Link", "Branch", "Connector", "the branch whose end it holds", None),
         ("Enumeration", "End", "Connector", "which end of the branch", ["from", "to"]),
-        ("Link", "Pose", "Connector", "a local coordinate system or a part that carries it; else its own placement", None),
+        (
+            "Link",
+            "Pose",
+            "Connector",
+            "a local coordinate system or a part that carries it; else its own placement",
+            None,
+        ),
         ("Bool", "Carried", "Connector", "whether `Pose` carries it, which must then be there", False),
-        ("Placement", "Offset", "Connector", "place of the cable's end on what carries it: z out along the cable", None),
+        (
+            "Placement",
+            "Offset",
+            "Connector",
+            "place of the cable's end on what carries it: z out along the cable",
+            None,
+        ),
         ("String", "Kind", "Connector", "kind, such as connector", "connector"),
         NAME,
         OTHER,
@@ -208,7 +220,7 @@ def kind_of(obj: Object) -> str | None:
 
 
 def name(obj: Object) -> str:
-    """Name of a part in the scenario. Labels differ in a document, so a section and a branch cannot have the same one."""
+    """Name of a part in the scenario. Labels of a document differ, names of a section and a branch may be the same."""
     return str(getattr(obj, "ScenarioName", "") or obj.Label)
 
 
@@ -217,7 +229,7 @@ def other(obj: Object) -> dict[str, Any]:
     try:
         return tomllib.loads(obj.Other)
     except tomllib.TOMLDecodeError as error:
-        raise Fault(obj, f"`Other` is no TOML: {error}; give lines such as rod = \"kirchhoff\"") from None
+        raise Fault(obj, f'`Other` is no TOML: {error}; give lines such as rod = "kirchhoff"') from None
 
 
 def as_toml(keys: dict[str, Any]) -> str:
@@ -296,15 +308,26 @@ def add_connector(
             free = FreeCAD.Rotation(paths.carried(x, out, z), FreeCAD.Vector(), z, "ZXY")
             connector.Offset = FreeCAD.Placement(FreeCAD.Vector(), placed.Rotation.inverted().multiply(free))
     elif drawn is None:
-        raise Fault(connector, f"`{branch.Label}` is not drawn, so its end has no place on `{pose.Label}`: set `Offset`")
+        raise Fault(
+            connector, f"`{branch.Label}` is not drawn, so its end has no place on `{pose.Label}`: set `Offset`"
+        )
     else:
         connector.Offset = placed.inverse().multiply(drawn)
     return connector
 
 
+#: Types of local coordinate systems in versions of FreeCAD.
+COORDINATE_SYSTEMS = (
+    "PartDesign::CoordinateSystem",
+    "Part::LocalCoordinateSystem",
+    "App::LocalCoordinateSystem",
+    "App::Placement",
+)
+
+
 def is_coordinate_system(obj: Object) -> bool:
     """Whether an object is a local coordinate system or a datum placement: it has axes and no body."""
-    return bool(obj.TypeId in ("PartDesign::CoordinateSystem", "Part::LocalCoordinateSystem", "App::Placement"))
+    return bool(obj.TypeId in COORDINATE_SYSTEMS)
 
 
 def drawn_end(connector: Object, spacing: float) -> Any | None:
@@ -378,7 +401,9 @@ def clip_pose(clip: Object, radius: float) -> Any:
             axis = surface.Rotation.multVec(FreeCAD.Vector(1, 0, 0))
         axis = axis - normal * axis.dot(normal)
         if axis.Length < 1e-3:
-            raise Fault(clip, "the branch is drawn across its face, so that has no direction for it: choose another face")
+            raise Fault(
+                clip, "the branch is drawn across its face, so that has no direction for it: choose another face"
+            )
         place = point + normal * (radius + clip.Height.Value)
     elif surface.TypeId == "Part::GeomCylinder":
         axis = surface.Axis

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -45,7 +46,7 @@ def drawn(branch: Object, spacing: float) -> Drawn | None:
         points, length, ends = _of_edges(branch, spacing)
     elif branch.Points:
         points = list(branch.Points)
-        length = sum(a.distanceToPoint(b) for a, b in zip(points, points[1:]))
+        length = sum(a.distanceToPoint(b) for a, b in itertools.pairwise(points))
     elif branch.Drawn:
         raise Fault(branch, "its line is gone: set `Edges` to edges, a wire or a sketch, or `Drawn` to false")
     else:
@@ -58,12 +59,12 @@ def drawn(branch: Object, spacing: float) -> Drawn | None:
         ends = None if ends is None else (-ends[1], -ends[0])
     if points[0].distanceToPoint(points[-1]) < MEET:
         raise Fault(branch, "its line ends where it starts: a branch has two ends; split the ring into two branches")
-    tangents = [(b - a).normalize() for a, b in zip(points, points[1:])]
+    tangents = [(b - a).normalize() for a, b in itertools.pairwise(points)]
     if ends is not None:
         tangents = [ends[0], *tangents, ends[1]]
     start = frame(tangents[0])
     x = start.multVec(Vector(1, 0, 0))
-    for a, b in zip(tangents, tangents[1:]):
+    for a, b in itertools.pairwise(tangents):
         x = carried(x, a, b)
     frames = (start, Rotation(x, Vector(), tangents[-1], "ZXY"))
     return Drawn(points, length, (tangents[0], tangents[-1]), frames)
@@ -166,7 +167,7 @@ def same(a: Any, b: Any) -> bool:
 def along(points: list[Any], place: Any) -> float:
     """Length along a line to the point of it that is nearest to a place, mm."""
     best, found, before = math.inf, 0.0, 0.0
-    for a, b in zip(points, points[1:]):
+    for a, b in itertools.pairwise(points):
         edge = b - a
         share = max(0.0, min(1.0, (place - a).dot(edge) / edge.dot(edge)))
         distance = place.distanceToPoint(a + edge * share)
@@ -176,10 +177,15 @@ def along(points: list[Any], place: Any) -> float:
     return found
 
 
+def distance(points: list[Any], place: Any) -> float:
+    """Distance of a place from a line, mm."""
+    return float(min(place.distanceToLineSegment(a, b).Length for a, b in itertools.pairwise(points)))
+
+
 def direction_at(points: list[Any], s: float) -> Any:
     """Unit tangent of a line at a length along it."""
     before = 0.0
-    for a, b in zip(points, points[1:]):
+    for a, b in itertools.pairwise(points):
         before += a.distanceToPoint(b)
         if before >= s:
             break

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -32,7 +33,7 @@ PLAIN = np.array([0.55, 0.57, 0.60])
 def spine(branch: wireloom.Branch) -> Part.BSplineCurve:
     """The centre line as a curve through all nodes, mm; its parameter is the length of the polygon through them."""
     points = [FreeCAD.Vector(*p) for p in branch.position * 1000.0]
-    lengths = [a.distanceToPoint(b) for a, b in zip(points, points[1:])]
+    lengths = [a.distanceToPoint(b) for a, b in itertools.pairwise(points)]
     first, last = (FreeCAD.Vector(*d) for d in branch.d3[[0, -1]])
     curve = Part.BSplineCurve()
     # With these parameters unit vectors are the tangents.
@@ -44,18 +45,18 @@ def spine(branch: wireloom.Branch) -> Part.BSplineCurve:
 def solid(branch: wireloom.Branch) -> Part.Shape:
     """The tube of a branch, mm: a circle swept along its centre line, with flat ends.
 
-    FreeCAD's own sweeps (0.20, OCCT 7.6) refuse lines that are straight but for round-off, or crash; so the surface is made
-    of its poles: a circle is nine poles with weights, and each of them runs along the line as a curve of its own.
+    FreeCAD's own sweeps (0.20, OCCT 7.6) refuse lines that are straight but for round-off, or crash; so the surface is
+    made of its poles: a circle is eight poles with weights, and each of them runs along the line as a curve of its own.
     """
     curve = spine(branch)
     radius = branch.diameter * 500.0
     knots = curve.getKnots()
-    pieces = [np.linspace(a, b, FINER, endpoint=False) for a, b in zip(knots, knots[1:])]
+    pieces = [np.linspace(a, b, FINER, endpoint=False) for a, b in itertools.pairwise(knots)]
     at = [*np.concatenate(pieces).tolist(), knots[-1]]
     centres = [curve.value(s) for s in at]
     tangents = [curve.tangent(s)[0] for s in at]
     normals = [_across(tangents[0])]
-    for a, b in zip(tangents, tangents[1:]):
+    for a, b in itertools.pairwise(tangents):
         normals.append(carried(normals[-1], a, b))
     tracks = []
     for u, v in CIRCLE:

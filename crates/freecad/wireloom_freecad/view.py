@@ -166,7 +166,7 @@ DRAGGERS = ("SoFCCSysDragger", "SoTransformDragger")
 
 
 def follow_dragger(scene: Any, target: Object, hand: drag.Drag) -> bool:
-    """Lets an object follow FreeCAD's dragger while that is moved: FreeCAD itself writes its placement at the end alone.
+    """Lets an object follow FreeCAD's dragger while that is moved: FreeCAD writes its placement at the end alone.
 
     Returns:
         Whether the dragger was found; without it the harness follows at the end of each motion.
