@@ -167,3 +167,22 @@ def test_nothing_is_computed_twice(y: Y) -> None:
     y.section.MinBendRadius = 31
     y.document.recompute()
     assert y.harness.Proxy.run is not run
+
+
+def test_a_link_to_a_part_is_a_part(y: Y) -> None:
+    """As assemblies place their parts."""
+    box = y.document.addObject("Part::Box", "Box")
+    link = y.document.addObject("App::Link", "Link")
+    link.LinkedObject = box
+    link.Placement.Base = Vector(200, 200, 0)
+    objects.add(y.harness, "Surroundings", "around", Solids=[link])
+    y.harness.Parts = [part for part in y.harness.Parts if part != y.b]
+    objects.add_connector(y.harness, "B2", y.left, "to", link)
+    y.document.recompute()
+    good(y.harness)
+    assert y.harness.Proxy.built.scenario["obstacles.Link.position"] == [0.2, 0.2, 0]
+    link.Placement.Base = Vector(198, 200, 0)
+    y.document.recompute()
+    good(y.harness)
+    assert y.end("left") == pytest.approx([548, 80, 0], abs=1e-6)
+    assert y.harness.Proxy.built.scenario["obstacles.Link.position"] == [0.198, 0.2, 0]

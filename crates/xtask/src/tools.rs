@@ -1,6 +1,6 @@
 //! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, CMake, pkg-config, Node and a browser for
-//! the studio's page, FreeCAD, cargo-deny, a Python with packages, and one with Exudyn; the last ones are installed into
-//! the target folder.
+//! the studio's page, FreeCAD, cargo-deny, a Python with packages, and one with Exudyn; the last three are installed
+//! into the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -59,8 +59,8 @@ pub fn finders() {
     }
 }
 
-/// The Python that has FreeCAD's modules, pytest, and a display without a screen for its user interface; installs them if
-/// they are missing. Without it the tests of the workbench are left out.
+/// The Python that has FreeCAD's modules and pytest, beside a display without a screen for the user interface; installs
+/// them if they are missing. Without them the tests of the workbench are left out.
 pub fn freecad() -> Option<&'static str> {
     const PACKAGES: [&str; 6] =
         ["freecad-python3", "libgl1-mesa-dri", "python3-numpy", "python3-pytest", "xauth", "xvfb"];
