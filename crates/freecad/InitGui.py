@@ -19,8 +19,14 @@ class WireloomWorkbench(FreeCADGui.Workbench):
         self.__class__.Icon = os.path.join(folder, "icons", "harness.svg")
 
     def Initialize(self):
-        from wireloom_freecad import commands
+        import FreeCAD
 
+        try:
+            from wireloom_freecad import commands
+        except ImportError as error:
+            needs = "it needs the package wireloom, NumPy and Python 3.11 or later; README.md says how to install them"
+            FreeCAD.Console.PrintError(f"The workbench Wireloom cannot start: {error}; {needs}\n")
+            return
         names = commands.register()
         self.appendToolbar("Wireloom", names)
         self.appendMenu("Wireloom", names)

@@ -87,6 +87,13 @@ def main() -> dict[str, object]:
     commands.end_drag(document, [])
     document.recompute()
 
+    # A command as the menu carries it out.
+    count = len(document.Objects)
+    FreeCADGui.Selection.clearSelection()
+    FreeCADGui.runCommand("Wireloom_Section")
+    found["made by a command"] = [obj.Label for obj in document.Objects[count:]]
+    document.removeObject(document.Objects[-1].Name)
+
     # A violation has its red mark.
     limit = next(part for part in harness.Parts if part.Label == "left is free")
     limit.Quantity, limit.Min, limit.Of = "bend_radius", "5 m", [limit.Of[0]]

@@ -69,6 +69,7 @@ def test_the_workbench_in_the_user_interface(tmp_path: Path) -> None:
     assert found["harness"] == ["converged", "pass", ""] and found["mode"] == "Bend radius"
     assert found["drags"] >= 5 and found["while dragged"] == ["moved by hand: recompute", "none"]
     assert found["dragged to"] == pytest.approx([0.32, 0.06, 0.02], abs=1e-6)
+    assert found["made by a command"] == ["section"]
     assert found["marks"] == len(found["violations"]) >= 1 and found["icon"] == "harness_not_good.svg"
     blue, amber = colours(out / "scene.png")
     assert blue > 200 and amber > 50, "tubes in the colours of their bend radius"

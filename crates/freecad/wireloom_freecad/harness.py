@@ -119,8 +119,8 @@ class Harness(objects.Proxy):
         obj.Status, obj.Verdict = run.status, run.verdict
         obj.Scenario = self.key[0]
         marks = sheet.violations(run, step)
-        obj.Violations = [text for text, _ in marks]
-        obj.ViolationPoints = [place for _, place in marks]
+        obj.Violations = [mark.text for mark in marks]
+        obj.ViolationPoints = [mark.place for mark in marks]
         obj.Notes = list(run.notes)
         sheet.fill(obj)
         reasons = []

@@ -157,6 +157,9 @@ class Proxy:
             obj.addProperty(f"App::Property{form}", name, group, text)
             if default is not None:
                 setattr(obj, name, default)
+        if self.kind in ("Harness", "Branch"):
+            # Their shapes lie where they were computed or drawn.
+            obj.setEditorMode("Placement", 2)
         if "Fault" not in obj.PropertiesList:
             obj.addProperty("App::PropertyString", "Fault", "Result", "what is wrong with it", PASSING)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import FreeCAD
@@ -19,23 +20,36 @@ def broken(run: wireloom.Run) -> list[wireloom.Requirement]:
     return sorted(lines, key=lambda line: (line.severity != "must", line.verdict != "fail"))
 
 
-def words(line: wireloom.Requirement) -> str:
-    """A line of the sheet in words."""
+def words(line: wireloom.Requirement, placed: bool = True) -> str:
+    """A line of the sheet in words, with its place or without."""
     if line.worst is None:
         return line.reason or line.verdict
     scale, unit = (1000.0, "mm") if line.unit == "m" else (1.0, line.unit)
     worst = f"{line.worst * scale:.4g} {unit}, {line.bound} {line.limit * scale:.4g} {unit}"
-    text = f"{line.quantity} {worst} ({line.place.words})"
+    text = f"{line.quantity} {worst}" + (f" ({line.place.words})" if placed else "")
     return text if line.verdict == "fail" else f"{text}, {line.verdict}: {line.reason}"
 
 
-def violations(run: wireloom.Run, step: wireloom.Step | None) -> list[tuple[str, Any]]:
-    """Requirements that fail and their places in an equilibrium, mm; what has no one place there is left out."""
+@dataclass(frozen=True)
+class Violation:
+    """A requirement that fails, and where."""
+
+    name: str
+    """What is beyond its limit, in few words."""
+    text: str
+    """The same with its place in words."""
+    place: Any
+    """Place in an equilibrium, mm."""
+
+
+def violations(run: wireloom.Run, step: wireloom.Step | None) -> list[Violation]:
+    """Requirements that fail and their places in an equilibrium; what has no one place there is left out."""
     marks = []
     for line in broken(run):
         place = None if step is None or line.verdict != "fail" else _place(line.place, step)
         if place is not None:
-            marks.append((f"{line.name}: {words(line)}", place))
+            name = f"{line.name}: {words(line, placed=False)}"
+            marks.append(Violation(name, f"{line.name}: {words(line)}", place))
     return marks
 
 

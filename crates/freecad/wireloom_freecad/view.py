@@ -10,7 +10,7 @@ import numpy as np
 import wireloom
 from pivy import coin
 
-from . import drag, tubes
+from . import drag, sheet, tubes
 from .faults import Object
 
 ICONS = Path(__file__).parent / "icons"
@@ -86,7 +86,7 @@ class HarnessView:
             colours = np.tile(tubes.PLAIN, (len(points), 1))
             self.draw(tubes.Coloured(np.array(points), colours, np.array(triangles, np.int32)))
 
-    def show(self, step: wireloom.Step | None, marks: list[tuple[str, Any]]) -> None:
+    def show(self, step: wireloom.Step | None, marks: list[sheet.Violation]) -> None:
         """Shows an equilibrium and its violations."""
         self.marks.removeAllChildren()
         if step is None:
@@ -94,8 +94,8 @@ class HarnessView:
             self.corners = 0
             return
         self.draw(tubes.coloured(step))
-        for text, place in marks:
-            self.marks.addChild(_mark(text, place))
+        for mark in marks:
+            self.marks.addChild(_mark(mark))
 
     def draw(self, mesh: tubes.Coloured) -> None:
         """Puts triangles into the scene."""
@@ -140,14 +140,14 @@ class HarnessView:
     __setstate__ = loads
 
 
-def _mark(text: str, place: Any) -> coin.SoSeparator:
+def _mark(violation: sheet.Violation) -> coin.SoSeparator:
     """A red sphere with words beside it."""
     mark = coin.SoSeparator()
     material = coin.SoMaterial()
     material.diffuseColor = (0.85, 0.1, 0.1)
     material.emissiveColor = (0.5, 0.0, 0.0)
     where = coin.SoTranslation()
-    where.translation.setValue(*place)
+    where.translation.setValue(*violation.place)
     sphere = coin.SoSphere()
     sphere.radius = MARK
     beside = coin.SoTranslation()
@@ -155,8 +155,12 @@ def _mark(text: str, place: Any) -> coin.SoSeparator:
     font = coin.SoFont()
     font.size = 16
     words = coin.SoText2()
-    words.string = text
-    for node in (where, material, sphere, beside, font, words):
+    words.string = violation.name
+    # FreeCAD's group whose contents do not count when the view is fitted: words have a size on the screen alone.
+    aside = coin.SoType.fromName("SoSkipBoundingGroup").createInstance()
+    for node in (beside, font, words):
+        aside.addChild(node)
+    for node in (where, material, sphere, aside):
         mark.addChild(node)
     return mark
 
