@@ -1,5 +1,5 @@
-//! Numeric derivatives for parts that give none: central differences along `x + δ` and `q ∘ exp(θ)`, of fourth order for
-//! first derivatives and those of a gradient, of second order for second derivatives of an energy.
+//! Numeric derivatives for parts that give none: central differences along `x + δ` and `q ∘ exp(θ)`, of fourth order
+//! for first derivatives and those of a gradient, of second order for second derivatives of an energy.
 //!
 //! [`Numeric`] makes a potential or a joint of an energy alone:
 //!
@@ -395,8 +395,8 @@ mod tests {
     const STRETCHING: f64 = 300.0;
     const BENDING: f64 = 0.4;
 
-    /// Two stations that attract each other and their directions d3, and nodes that stay near the origin. `bool`: whether
-    /// the gradient is known.
+    /// Two stations that attract each other and their directions d3, and nodes that stay near the origin. `bool`:
+    /// whether the gradient is known.
     struct Pair(bool);
 
     /// −∂(d3_a · d3_b)/∂θ_a.

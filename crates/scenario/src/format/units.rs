@@ -245,8 +245,8 @@ pub fn unit_of(quantity: Quantity) -> &'static str {
     }
 }
 
-/// The quantity that is measured in an SI unit, such as `N m^2`; `1`: a pure number. `None`: there is none, or the unit is
-/// not of the SI.
+/// The quantity that is measured in an SI unit, such as `N m^2`; `1`: a pure number. `None`: there is none, or the unit
+/// is not of the SI.
 pub fn quantity_in(text: &str) -> Option<Quantity> {
     let (factor, dimension) = unit(text).ok()?;
     let is_si = (factor - 1.0).abs() < 1e-12;
