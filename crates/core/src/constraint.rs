@@ -224,6 +224,10 @@ pub trait Constraint: Send + Sync {
     fn fault(&self) -> Option<String> {
         None
     }
+    /// Remarks for the user.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// Use of a span by a kind of constraint.

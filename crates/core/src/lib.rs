@@ -29,6 +29,7 @@ mod mesh_motion;
 pub mod minimiser;
 pub mod monitor;
 pub mod network;
+pub mod numeric;
 pub mod obstacle;
 pub mod prescribed;
 pub mod problem;

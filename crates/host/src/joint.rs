@@ -4,7 +4,6 @@ use crate::buffers::{Array, Buffers, Guarded};
 use crate::call::{CallSite, call_plugin};
 use crate::describe::{KindDescription, abi_value};
 use crate::instance::{PluginInstance, UNWRITTEN, note_numeric_derivatives};
-use crate::numeric;
 use crate::proxy::{DESCRIPTION_OVERRUN, HELP, c_string};
 use std::cell::RefCell;
 use std::ffi::CString;
@@ -12,10 +11,9 @@ use std::iter::repeat_n;
 use std::ptr::null_mut;
 use std::sync::Arc;
 use wireloom_abi as abi;
-use wireloom_core::constraint::ConstraintView;
 use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 use wireloom_core::registry::{BuildError, JointKind, Parameters};
-use wireloom_core::{Matrix, Parameter, Pose, Rotation, Vector};
+use wireloom_core::{Matrix, Parameter, Rotation, Vector, numeric};
 
 /// A joint kind that a plugin implements; `owner` describes the plugin in messages.
 pub fn kind(described: KindDescription, functions: abi::JointKind, owner: Arc<String>) -> JointKind {
@@ -199,40 +197,12 @@ impl Proxy {
         })
     }
 
-    /// Calls with the frames as stations at the origin, as the numeric derivatives expect.
-    fn turned<R>(frames: &[Rotation], call: impl FnOnce(&ConstraintView<'_>) -> R) -> R {
-        let pose = |q: &Rotation| Pose { position: Vector::zeros(), orientation: *q };
-        let stations: Vec<Pose> = frames.iter().map(pose).collect();
-        let none = ConstraintView {
-            stations: &stations,
-            targets: &[],
-            span: &[],
-            span_lengths: &[],
-            progress: 0.0,
-            memory: &[],
-        };
-        call(&none)
-    }
-
-    /// Gradient with respect to such stations; the derivatives with respect to positions are zero.
-    fn gradient_of_stations(&self, at: &ConstraintView<'_>, slopes: &mut [Vector]) {
-        let frames = orientations(at);
-        if self.description.has_gradient == 0 {
-            let energy = |at: &ConstraintView<'_>| self.evaluate(&orientations(at), Output::Energy, |_| {});
-            numeric::gradient(at, &energy, slopes, &mut []);
-            return;
-        }
-        self.evaluate(&frames, Output::Gradient, |g| {
-            for (a, theta) in g.chunks_exact(3).enumerate() {
-                slopes[2 * a] = Vector::zeros();
-                slopes[2 * a + 1] = Vector::from_row_slice(theta);
-            }
+    /// Gradient of the energy, of a plugin that gives it.
+    fn gradient(&self, frames: &[Rotation], slopes: &mut [Vector]) {
+        self.evaluate(frames, Output::Gradient, |g| {
+            slopes.iter_mut().zip(g.chunks_exact(3)).for_each(|(to, theta)| *to = Vector::from_row_slice(theta));
         });
     }
-}
-
-fn orientations(at: &ConstraintView<'_>) -> Vec<Rotation> {
-    at.stations.iter().map(|pose| pose.orientation).collect()
 }
 
 impl JointModel for Proxy {
@@ -253,11 +223,9 @@ impl JointModel for Proxy {
             return 0.0;
         }
         if self.description.has_gradient == 0 {
-            let mut slopes = vec![Vector::zeros(); 2 * frames.len()];
-            Self::turned(frames, |at| self.gradient_of_stations(at, &mut slopes));
-            for (to, slope) in gradient.iter_mut().zip(slopes.chunks_exact(2)) {
-                *to += slope[1];
-            }
+            let mut slopes = vec![Vector::zeros(); frames.len()];
+            numeric::gradient_of_frames(frames, &|frames| JointModel::energy(self, frames), &mut slopes);
+            gradient.iter_mut().zip(slopes).for_each(|(to, slope)| *to += slope);
             return self.evaluate(frames, Output::Energy, |_| {});
         }
         self.evaluate(frames, Output::Gradient, |g| {
@@ -273,15 +241,10 @@ impl JointModel for Proxy {
             return;
         }
         if self.description.has_hessian == 0 {
-            let mut blocks = vec![Matrix::zeros(); 4 * k * k];
-            let gradient = |at: &ConstraintView<'_>, slopes: &mut [Vector], _: &mut [Vector]| {
-                self.gradient_of_stations(at, slopes);
-            };
-            Self::turned(frames, |at| numeric::hessian(at, &gradient, &mut blocks, &mut []));
-            for a in 0..k {
-                for b in 0..=a {
-                    hessian[a * k + b] += blocks[(2 * a + 1) * 2 * k + 2 * b + 1];
-                }
+            if self.description.has_gradient == 0 {
+                numeric::add_hessian_of_energy_of_frames(frames, &|frames| JointModel::energy(self, frames), hessian);
+            } else {
+                numeric::add_hessian_of_frames(frames, &|frames, slopes| self.gradient(frames, slopes), hessian);
             }
             return;
         }

@@ -20,7 +20,6 @@ mod handshake;
 mod image;
 mod instance;
 mod joint;
-mod numeric;
 mod proxy;
 mod read;
 mod supervision;

@@ -7,7 +7,6 @@ use crate::buffers::{Array, Buffers, Guarded};
 use crate::call::{CallSite, call_plugin, floating_point_changes};
 use crate::describe::{KindDescription, abi_value};
 use crate::instance::{PluginInstance, UNWRITTEN, locked, note_numeric_derivatives, numeric_derivatives};
-use crate::numeric;
 use crate::read::Message;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -19,7 +18,7 @@ use wireloom_abi as abi;
 use wireloom_abi::draft::Notes;
 use wireloom_core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equations, HoldWord, Relation, Residual};
 use wireloom_core::registry::{BuildError, ConstraintKind, Output, Parameters};
-use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
+use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector, numeric};
 
 /// Upper limit for the numbers in a constraint's memory and for its residuals.
 const MOST: u32 = 4096;
@@ -565,18 +564,16 @@ impl Potential for Proxy {
     }
 
     fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], span: &mut [Matrix]) {
-        if self.description.has_hessian == 0 {
-            numeric::hessian(
-                at,
-                &|at, x, s| {
-                    Potential::gradient(self, at, x, s);
-                },
-                stations,
-                span,
-            );
-            return;
+        match (self.description.has_gradient != 0, self.description.has_hessian != 0) {
+            (_, true) => self.second_derivatives(at, &[], stations, span),
+            (false, false) => numeric::hessian_of_energy(at, &|at| self.energy_alone(at), stations, span),
+            (true, false) => {
+                let gradient = |at: &ConstraintView<'_>, stations: &mut [Vector], span: &mut [Vector]| {
+                    Potential::gradient(self, at, stations, span);
+                };
+                numeric::hessian(at, &gradient, stations, span);
+            }
         }
-        self.second_derivatives(at, &[], stations, span);
     }
 }
 

@@ -9,11 +9,13 @@
 //! | `result` | handles of equilibria and branches; arrays of NumPy that are views of the result's memory |
 //! | `table` | events and requirements as tables of Arrow |
 //! | `sweep` | parts of sweeps, and what is there of them |
+//! | `parts` | constraints and joint models written in Python |
 //! | `study` | derivatives, identification, optimisation |
 //! | `session` | a harness that is moved by hand |
 //! | `failure` | exceptions |
 
 mod failure;
+mod parts;
 mod result;
 mod run;
 mod session;
@@ -26,6 +28,8 @@ mod worker;
 /// The module.
 #[pyo3::pymodule]
 mod _wireloom {
+    #[pymodule_export]
+    use crate::parts::check_part;
     #[pymodule_export]
     use crate::result::{Branch, Constraint, Field, Step};
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! Runs: carried out in a thread of their own, or read from a folder.
 
 use crate::failure::{Failure, interrupted};
+use crate::parts;
 use crate::result::Step;
 use crate::source::{Loaded, Source};
 use crate::table::Table;
@@ -81,7 +82,8 @@ fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
     let schedule = &built.schedule;
     let scene = Box::new(scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &built.network));
     let obstacles = built.network.obstacles.clone();
-    let run = wireloom::run_observed(built, None, watcher);
+    let mut run = wireloom::run_observed(built, None, watcher);
+    run.plugins.extend(parts::libraries(&source.parts));
     Ok(Run { run: Arc::new(run), origin: Origin::Here { provenance, scene, obstacles } })
 }
 

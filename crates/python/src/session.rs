@@ -1,6 +1,7 @@
 //! A session: a harness that is moved by hand, each time to a new equilibrium. It lives in a thread of its own.
 
 use crate::failure::Failure;
+use crate::parts;
 use crate::result::Step;
 use crate::source::Source;
 use crate::worker::{answer, caught, spawn};
@@ -28,7 +29,7 @@ fn failure(name: &str, error: SessionError) -> Failure {
 /// Opens a session in the calling thread.
 fn open(source: &Source, monitor: Monitor) -> Result<Harness, Failure> {
     source.refuse_plugins()?;
-    Harness::open(&source.text, Box::new(source.files()), wireloom::registry(), monitor)
+    Harness::open(&source.text, Box::new(source.files()), parts::registry(&source.parts)?, monitor)
         .map_err(|error| failure(&source.name, error))
 }
 

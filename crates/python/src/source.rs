@@ -1,13 +1,14 @@
 //! A scenario's text and the files that it names; checks and edits of the text.
 
 use crate::failure::{Failure, diagnostics};
+use crate::parts::{self, Part};
 use crate::worker::guarded;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wireloom::Registry;
 use wireloom::plugins::open_regular_file;
 use wireloom::scenario::{Built, Fault, Files, Scenario, record};
@@ -100,6 +101,9 @@ pub struct Source {
     /// The folder of the files that it names.
     #[pyo3(item(2))]
     pub folder: Option<PathBuf>,
+    /// Constraints and joint models written in Python.
+    #[pyo3(item(3), from_py_with = parts::shared)]
+    pub parts: Vec<Arc<Part>>,
 }
 
 /// A scenario that is ready to be carried out.
@@ -138,7 +142,7 @@ impl Source {
 
     /// Reads, checks and builds it.
     pub fn load(&self) -> Result<Loaded, Failure> {
-        self.load_on(wireloom::registry(), None)
+        self.load_on(parts::registry(&self.parts)?, None)
     }
 
     /// The same with these kinds, and with the files that came with it.
@@ -207,6 +211,7 @@ pub fn value_at(py: Python<'_>, source: Source, key: &str) -> PyResult<String> {
 pub fn with_value(py: Python<'_>, source: Source, key: &str, json: &str) -> PyResult<String> {
     let value = serde_json::from_str(json).map_err(|error| PyValueError::new_err(format!("not JSON: {error}")))?;
     guarded(py, || {
-        record::with_json(&source.text, key, &value, &wireloom::registry()).map_err(|fault| of_key(&source, fault))
+        let registry = parts::registry(&source.parts)?;
+        record::with_json(&source.text, key, &value, &registry).map_err(|fault| of_key(&source, fault))
     })
 }

@@ -39,6 +39,7 @@ pub use wireloom_core::constraint::{
 };
 pub use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
 pub use wireloom_core::minimiser::{Minimiser, Report, Stop};
+pub use wireloom_core::numeric::{self, ConstraintEnergy, JointEnergy, Numeric};
 pub use wireloom_core::obstacle::{Shape, ShapeSpec, Touch};
 pub use wireloom_core::registry::{
     BuildError, ConstraintKind, Factory, Form, JointKind, Kind, MinimiserKind, Output, Parameter, Parameters, Quantity,

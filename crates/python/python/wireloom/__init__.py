@@ -12,6 +12,7 @@ A scenario is the text of a TOML file. Everything is in SI units: m, N, N m, J, 
 (41, 3)
 """
 
+from . import parts
 from ._errors import (
     ClosedError,
     Diagnostic,
@@ -68,6 +69,7 @@ __all__ = [
     "from_dict",
     "load",
     "loads",
+    "parts",
     "slurm",
     "sweep",
 ]

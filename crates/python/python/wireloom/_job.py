@@ -13,9 +13,9 @@ def main(path: str, index: str) -> None:
     """Computes the ranges of one job; those that are done already cost nothing."""
     with open(path, encoding="utf-8") as file:
         document = json.load(file)
-    text, name, folder = document["source"]
+    text, name, folder, parts = document["source"]
     files = {name: base64.b64decode(content) for name, content in document["files"].items()}
-    task = (text, name, folder), files, document["place"], document["columns"]
+    task = (text, name, folder, parts), files, document["place"], document["columns"]
     for first, end in document["jobs"][int(index)]:
         _sweep.compute(task, first, end)
 

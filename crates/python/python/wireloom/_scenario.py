@@ -13,34 +13,50 @@ from ._progress import Progress
 from ._run import Run, Step
 from ._study import Identified, Measured, Optimised, Sensitivities
 from ._types import Given, Source
+from .parts import Part, declared
 
 
-def load(path: str | os.PathLike[str]) -> Scenario:
+def load(path: str | os.PathLike[str], *, parts: Sequence[Part] = ()) -> Scenario:
     """Reads a scenario file. It is not checked yet: see `Scenario.check`.
 
     Files that the scenario names (meshes, included files) are looked for beside it.
+
+    Args:
+        path: the file.
+        parts: own constraints and joint models that it may choose; see `wireloom.parts`.
 
     Raises:
         OSError: the file cannot be read.
         ValueError: it is not UTF-8 text.
     """
     path = os.fspath(path)
-    return Scenario(_wireloom.read(path), name=path, folder=os.path.dirname(path) or ".")
+    return Scenario(_wireloom.read(path), name=path, folder=os.path.dirname(path) or ".", parts=parts)
 
 
-def loads(text: str, *, name: str = "scenario.toml", folder: str | os.PathLike[str] | None = None) -> Scenario:
+def loads(
+    text: str,
+    *,
+    name: str = "scenario.toml",
+    folder: str | os.PathLike[str] | None = None,
+    parts: Sequence[Part] = (),
+) -> Scenario:
     """Makes a scenario of a text. It is not checked yet: see `Scenario.check`.
 
     Args:
         text: TOML.
         name: its name in diagnostics.
         folder: folder of the files that it names; without one it can name none.
+        parts: own constraints and joint models that it may choose; see `wireloom.parts`.
     """
-    return Scenario(text, name=name, folder=folder)
+    return Scenario(text, name=name, folder=folder, parts=parts)
 
 
 def from_dict(
-    document: Mapping[str, object], *, name: str = "scenario.toml", folder: str | os.PathLike[str] | None = None
+    document: Mapping[str, object],
+    *,
+    name: str = "scenario.toml",
+    folder: str | os.PathLike[str] | None = None,
+    parts: Sequence[Part] = (),
 ) -> Scenario:
     """Makes a scenario of a dict that has the form of a scenario file: numbers, strings, lists, dicts, NumPy arrays.
 
@@ -60,7 +76,7 @@ def from_dict(
     >>> s.check(), s["sections.cable.diameter"]
     ([], '6 mm')
     """
-    return Scenario(_toml.document(document), name=name, folder=folder)
+    return Scenario(_toml.document(document), name=name, folder=folder, parts=parts)
 
 
 def _plain(value: object) -> object:
@@ -96,9 +112,16 @@ class Scenario:
     17 ...
     """
 
-    __slots__ = ("_folder", "_name", "_text")
+    __slots__ = ("_declared", "_folder", "_name", "_parts", "_text")
 
-    def __init__(self, text: str, *, name: str = "scenario.toml", folder: str | os.PathLike[str] | None = None) -> None:
+    def __init__(
+        self,
+        text: str,
+        *,
+        name: str = "scenario.toml",
+        folder: str | os.PathLike[str] | None = None,
+        parts: Sequence[Part] = (),
+    ) -> None:
         for what, value in (("text", text), ("name", name)):
             if not isinstance(value, str):
                 raise TypeError(f"{what} is a str, not {type(value).__name__}")
@@ -107,6 +130,8 @@ class Scenario:
         self._text = text
         self._name = name
         self._folder = None if folder is None else os.fspath(folder)
+        self._parts = tuple(parts)
+        self._declared = declared(self._parts)
 
     @property
     def text(self) -> str:
@@ -118,8 +143,12 @@ class Scenario:
         """Name of the text in diagnostics: the path of its file."""
         return self._name
 
+    def _with_text(self, text: str) -> Scenario:
+        """The same with another text."""
+        return Scenario(text, name=self._name, folder=self._folder, parts=self._parts)
+
     def _source(self) -> Source:
-        return (self._text, self._name, self._folder)
+        return (self._text, self._name, self._folder, self._declared)
 
     def __getitem__(self, key: str) -> Any:
         """The value of a key as it is written: numbers, strings such as `"600 mm"`, lists and dicts.
@@ -157,17 +186,18 @@ class Scenario:
 
     def copy(self) -> Scenario:
         """A scenario of its own with the same text."""
-        return Scenario(self._text, name=self._name, folder=self._folder)
+        return self._with_text(self._text)
 
     __copy__ = copy
 
     def __reduce__(self) -> tuple[object, ...]:
-        return (_restored, (self._text, self._name, self._folder))
+        return (_restored, (self._text, self._name, self._folder, self._parts))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scenario):
             return NotImplemented
-        return (self._text, self._name, self._folder) == (other._text, other._name, other._folder)
+        mine, others = (self._text, self._name, self._folder), (other._text, other._name, other._folder)
+        return mine == others and self._parts == other._parts
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -321,5 +351,5 @@ class Scenario:
         return _study.optimise(self, on_design)
 
 
-def _restored(text: str, name: str, folder: str | None) -> Scenario:
-    return Scenario(text, name=name, folder=folder)
+def _restored(text: str, name: str, folder: str | None, parts: Sequence[Part]) -> Scenario:
+    return Scenario(text, name=name, folder=folder, parts=parts)

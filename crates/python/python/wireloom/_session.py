@@ -88,8 +88,7 @@ class Session:
         ...     session.scenario["steps.0.name"]
         'drag plug-B'
         """
-        source = self._opened
-        return Scenario(self._handle.text(), name=source._name, folder=source._folder)
+        return self._opened._with_text(self._handle.text())
 
     def move(
         self,

@@ -195,7 +195,7 @@ def identify(
         repeatable=found["repeatable"],
         estimates=estimates,
         correlations=np.array(found["correlations"], dtype=np.float64),
-        scenario=_with_text(scenario, text),
+        scenario=scenario._with_text(text),
         answer=found,
     )
     if interrupted:
@@ -239,7 +239,7 @@ def optimise(scenario: Scenario, on_design: Callable[[dict[str, Any]], object] |
         objective=None if best is None else best["objective"],
         values=values,
         verdict=None if certificate is None else certificate["verdict"],
-        scenario=None if text is None else _with_text(scenario, text),
+        scenario=None if text is None else scenario._with_text(text),
         designs=tuple(found["designs"]),
         counts=found["counts"],
     )
@@ -253,12 +253,6 @@ def _number(word: str) -> float | str:
         return float(word)
     except ValueError:
         return word
-
-
-def _with_text(scenario: Scenario, text: str) -> Scenario:
-    other = scenario.copy()
-    other._text = text
-    return other
 
 
 def _names(what: str, names: Sequence[str]) -> list[str]:

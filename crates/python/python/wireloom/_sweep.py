@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from . import _wireloom
+from ._errors import RequestError
 from ._progress import Progress
 
 if TYPE_CHECKING:
@@ -164,10 +165,12 @@ def task_of(scenario: Scenario, place: str, columns: list[str] | None) -> Task:
 
     if not isinstance(scenario, Scenario):
         raise TypeError(f"a sweep is that of a wireloom.Scenario, not of {type(scenario).__name__}")
-    text, name, _ = source = scenario._source()
+    text, name, _, parts = source = scenario._source()
+    if parts:
+        raise RequestError("parts written in Python do not go to other machines: write them as a plugin")
     # Every worker finds the same folder.
     place = place if "://" in place else os.path.abspath(place)
-    return (text, name, None), _wireloom.sweep_files(source), place, columns
+    return (text, name, None, []), _wireloom.sweep_files(source), place, columns
 
 
 def compute(task: Task, first: int, end: int) -> Range:

@@ -1,12 +1,30 @@
 """Types of what goes to the compiled part and comes from it."""
 
+from collections.abc import Callable
 from os import PathLike
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 Path: TypeAlias = str | PathLike[str]
 
-Source: TypeAlias = tuple[str, str, str | None]
-"""Text, name and folder of a scenario."""
+DeclaredParameter: TypeAlias = tuple[str, str, str, str, tuple[float, float, bool], list[str], Any, bool]
+"""A parameter: name, description, form, unit, range, words, default, and whether it is required."""
+
+DeclaredPart: TypeAlias = tuple[
+    str,
+    str,
+    str,
+    list[DeclaredParameter],
+    tuple[int, int, str],
+    list[tuple[str, str, str]],
+    Callable[..., object],
+    tuple[str, str, str],
+    bool,
+]
+"""A part written in Python: family, kind, description, parameters, stations and span, outputs, what makes an adapter, its
+origin, and whether it has a gradient."""
+
+Source: TypeAlias = tuple[str, str, str | None, list[DeclaredPart]]
+"""Text, name and folder of a scenario, and its parts written in Python."""
 
 Task: TypeAlias = tuple[Source, dict[str, bytes] | None, str, list[str] | None]
 """Scenario of a sweep, the files that travel with it, the folder or URL of its parts, and chosen columns."""

@@ -5,7 +5,7 @@ from os import PathLike
 from typing import Any, final
 
 from ._errors import Diagnostic
-from ._types import At, Fit, Path, Place, Source, Task
+from ._types import At, DeclaredPart, Fit, Path, Place, Source, Task
 
 __all__ = [
     "Branch",
@@ -17,6 +17,7 @@ __all__ = [
     "Table",
     "__version__",
     "check",
+    "check_part",
     "identify",
     "open",
     "optimise",
@@ -37,6 +38,9 @@ __version__: str
 
 def read(path: Path) -> str: ...
 def check(source: Source) -> list[Diagnostic]: ...
+def check_part(
+    part: DeclaredPart, values: dict[str, Any], stations: int, nodes: int
+) -> list[tuple[str, str]]: ...
 def value_at(source: Source, key: str) -> str: ...
 def with_value(source: Source, key: str, json: str) -> str: ...
 def run(

@@ -12,7 +12,7 @@ use wireloom_core::constraint::{Action, ConstraintSpec, RotationHold, SpanSpec, 
 use wireloom_core::joint::{JointSpec, Mounting};
 use wireloom_core::law::TurningLaw;
 use wireloom_core::load::LoadAction;
-use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, LoadPlan};
+use wireloom_core::network::{AttachedConstraint, BranchPlan, ConstraintPlan, JointPlan, LoadPlan};
 use wireloom_core::registry::{BuildError, Factory, Parameters};
 use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::steps::Schedule;
@@ -74,6 +74,7 @@ impl Scenario {
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
         let mut network = self.among_obstacles(Network::new(branches, joints, constraints, self.load_plans(&layout)));
+        notes.extend(network.constraints.iter().flat_map(notes_of_constraint));
         notes.extend(network.loads.iter().filter_map(note_on_load));
         network.requirements = requirements::requirements(self, &network);
         network.markers.clone_from(&self.markers);
@@ -315,6 +316,11 @@ impl Scenario {
     fn notes_on_sections(&self) -> Vec<String> {
         self.by_rule.iter().map(|by_rule| notes::note(by_rule, &self.sections[by_rule.section])).collect()
     }
+}
+
+/// The notes of a constraint's model.
+fn notes_of_constraint(constraint: &AttachedConstraint) -> impl Iterator<Item = String> {
+    constraint.model.notes().into_iter().map(|note| format!("constraint \"{}\": {note}", constraint.name))
 }
 
 /// What a user of a follower or a flow must know of its equilibria.

@@ -245,6 +245,14 @@ pub fn unit_of(quantity: Quantity) -> &'static str {
     }
 }
 
+/// The quantity that is measured in an SI unit, such as `N m^2`; `1`: a pure number. `None`: there is none, or the unit
+/// is not of the SI.
+pub fn quantity_in(text: &str) -> Option<Quantity> {
+    let (factor, dimension) = unit(text).ok()?;
+    let is_si = (factor - 1.0).abs() < 1e-12;
+    QUANTITIES.into_iter().find(|&quantity| is_si && words(quantity).dimension == dimension)
+}
+
 /// Factor to SI and dimension of a unit; the unknown part if it is not a unit.
 fn unit(text: &str) -> Result<(f64, Dimension), String> {
     let (mut factor, mut total) = (1.0, Dimension::default());
@@ -338,6 +346,16 @@ fn symbols(d: Dimension) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_quantity_is_that_of_its_unit() {
+        for quantity in QUANTITIES {
+            let unit = if quantity == Quantity::Dimensionless { "1" } else { unit_of(quantity) };
+            assert_eq!(quantity_in(unit), Some(quantity), "{unit}");
+        }
+        assert_eq!(quantity_in("N m^2"), Some(Quantity::BendingStiffness));
+        assert_eq!((quantity_in("mm"), quantity_in("furlong"), quantity_in("m^7")), (None, None, None));
+    }
 
     #[test]
     fn units_convert_to_si() {

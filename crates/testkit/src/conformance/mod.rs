@@ -116,7 +116,7 @@ macro_rules! joint_checks {
 #[macro_export]
 macro_rules! joint_conformance {
     ($name:ident, $factory:expr) => {
-        $crate::joint_checks! { conformance_suite $name, joint, ($factory), }
+        $crate::joint_checks! { conformance_suite $name, joint, ($crate::conformance::joint::Subject::new($factory)), }
     };
 }
 

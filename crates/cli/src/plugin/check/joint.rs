@@ -5,7 +5,7 @@ use std::time::Instant;
 use wireloom::geometry::{Matrix, Rotation, Vector, frame_from};
 use wireloom::harness::Section;
 use wireloom::parts::{Arm, JointKind, JointModel, JointSpec, Mounting};
-use wireloom::testing::conformance::joint::CHECKS;
+use wireloom::testing::conformance::joint::{CHECKS, Subject};
 
 /// Arms of the joint for timing and invalid input.
 const ARMS: usize = 3;
@@ -34,7 +34,7 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
                                which is slower and less exact than derivatives of the plugin"
                         .into());
                 }
-                check(&make);
+                check(&Subject::new(make));
                 Ok("ok".into())
             }),
         ));
