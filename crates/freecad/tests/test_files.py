@@ -36,6 +36,9 @@ def test_a_scenario_as_objects_is_the_same_scenario(name: str) -> None:
         for step, other in zip(steps, expected.steps):
             for branch, own in other.branches.items():
                 assert step.branches[branch].position == pytest.approx(own.position, abs=1e-6)
+        if name == "first.toml":
+            plugs = [part.Label for part in harness.Parts if objects.kind_of(part) == "Connector"]
+            assert plugs == ["plug-A", "plug-B", "plug-C"], "plugs that begin with a step, too"
         assert {line.name for line in harness.Proxy.run.requirements} == {line.name for line in expected.requirements}
     finally:
         FreeCAD.closeDocument(document.Name)

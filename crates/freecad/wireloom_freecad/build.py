@@ -387,7 +387,8 @@ class _Builder:
                 entry["add"] = [self.constraint(own, posed=False) for own in part.Begins]
             if part.Releases:
                 entry["release"] = [objects.name(own) for own in part.Releases]
-            entry |= more
+            for key, value in more.items():
+                entry[key] = entry[key] + value if key in ("add", "release") and key in entry else value
         moves = []
         for moved, placement in zip(part.Moved, placements):
             kind = objects.kind_of(moved)

@@ -15,6 +15,7 @@ import Mesh
 import wireloom
 
 from . import objects, paths
+from .build import POSE
 from .faults import Object
 
 #: Lengths of sections that are properties.
@@ -132,12 +133,10 @@ class _Importer:
         rest = [entry for entry in given.pop("obstacles", []) if not self.obstacle(entry)]
         if rest:
             given["obstacles"] = rest
+        for number, entry in enumerate(given.pop("steps", []), 1):
+            self.step(entry, number)
         for entry in given.pop("requirements", []):
             self.requirement(entry)
-        for number, entry in enumerate(given.pop("steps", []), 1):
-            step = self.new("Step", entry.pop("name", f"step {number}"))
-            step.Increments = entry.pop("increments", 1)
-            step.Other = objects.as_toml(entry)
         self.harness.Other = objects.as_toml(given)
         self.harness.Parts = self.parts
 
@@ -209,7 +208,7 @@ class _Importer:
         part.Placement = FreeCAD.Placement(position, frame)
         whole = "orientation" in entry or "up" in entry
         if whole != clip:
-            for key in ("position", "tangent", "up", "orientation"):
+            for key in POSE:
                 entry.pop(key, None)
 
     def obstacle(self, entry: dict[str, Any]) -> bool:
@@ -246,6 +245,39 @@ class _Importer:
         part.Other = objects.as_toml(entry)
         return True
 
+    def step(self, entry: dict[str, Any], number: int) -> None:
+        """Makes a step. Connectors and clips that begin with it and move to a pose are objects; all else stays text."""
+        step = self.new("Step", entry.pop("name", f"step {number}"))
+        step.Increments = entry.pop("increments", 1)
+        moves = {move["constraint"]: move for move in entry.get("move", []) if "constraint" in move}
+        begins = []
+        for added in list(entry.get("add", [])):
+            move = moves.get(added["name"], {})
+            if any(key in added for key in POSE) or not _whole_pose(move, "end" in added.get("at", {})):
+                continue
+            if self.constraint(dict(added)):
+                begins.append(self.parts[-1])
+                begins[-1].Placement = self.placement(begins[-1], move)
+                entry["add"].remove(added)
+                entry["move"].remove(move)
+        moved = []
+        for move in list(entry.get("move", [])):
+            part = self.target({"constraint": move.get("constraint")})
+            if part is not None and _whole_pose(move, objects.kind_of(part) == "Connector"):
+                moved.append((part, self.placement(part, move)))
+                entry["move"].remove(move)
+        step.Begins = begins
+        step.Moved = [part for part, _ in moved]
+        step.Placements = [place for _, place in moved]
+        step.Other = objects.as_toml({key: value for key, value in entry.items() if value != []})
+
+    def placement(self, part: Object, move: dict[str, Any]) -> Any:
+        """Placement of a part at the pose of a move."""
+        frame: Any = _rotation(move)
+        if objects.kind_of(part) == "Connector" and part.End == "to":
+            frame = frame.multiply(objects.HALF_TURN)
+        return FreeCAD.Placement(_point(move["position"]), frame)
+
     def requirement(self, entry: dict[str, Any]) -> None:
         part = self.new("Requirement", entry.pop("name"))
         part.Quantity = entry.pop("quantity")
@@ -268,6 +300,12 @@ class _Importer:
         ((key, name),) = selector.items()
         kinds = {"branch": ("Branch",), "constraint": ("Connector", "Clip")}.get(key, ())
         return next((self.by_name[kind, name] for kind in kinds if (kind, name) in self.by_name), None)
+
+
+def _whole_pose(move: dict[str, Any], turned: bool) -> bool:
+    """Whether a move says no more than a pose of an object does; `turned`: with its twist."""
+    keys = {"constraint", "position", "tangent"} | ({"up"} if turned else set())
+    return set(move) == keys and _point(move["position"]) is not None and _rotation(move) is not None
 
 
 def _length(value: object) -> float | None:
