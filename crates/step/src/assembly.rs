@@ -347,7 +347,7 @@ mod tests {
         let said = "part \"box\" loses its shape: with a deflection of 200 mm its triangles have 50 % of its volume";
         assert_eq!(
             (error.to_string().as_str(), error.help().as_str()),
-            (said, "give a smaller deflection, such as 1.0e-2 m")
+            (said, "give a smaller deflection, such as 10 mm")
         );
     }
 }

@@ -154,6 +154,11 @@ fn after_colon(text: &str) -> String {
     if text.is_empty() { String::new() } else { format!(": {text}") }
 }
 
+/// A number with two digits.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
+
 impl StepError {
     /// The line of the file that it is about.
     pub fn line(&self) -> Option<usize> {
@@ -186,7 +191,7 @@ impl StepError {
                      import step --without \"{without}\""
                 )
             }
-            Self::Vanished { right, .. } => format!("give a smaller deflection, such as {right:.1e} m"),
+            Self::Vanished { right, .. } => format!("give a smaller deflection, such as {} mm", rounded(right * 1e3)),
             Self::NoSurface { .. } => {
                 "give a smaller deflection, repair the part where it is drawn, or leave it out: wireloom import step \
                  --without"

@@ -7,7 +7,7 @@ use crate::message::{Message, decode};
 use crate::process::{Process, SCRIPT};
 use crate::text;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use wireloom_core::Monitor;
 
@@ -46,6 +46,11 @@ impl Reader {
     /// With another time limit, s.
     pub fn with_time_limit(self, seconds: u64) -> Self {
         Self { seconds, ..self }
+    }
+
+    /// With another folder for the cache.
+    pub fn with_cache(self, folder: PathBuf) -> Self {
+        Self { cache: Some(Cache(folder)), ..self }
     }
 
     /// The folder of the cache; `None`: there is no home to keep it in.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 const DENY: &str = "0.20.2";
 const DUCKDB: &str = "2.0.0";
+const OPEN_CASCADE: &str = "8.0.1.1.0";
 const EXUDYN: &str = "1.13.6";
 /// What the Python package needs to be packed and tested.
 const PACKING: [&str; 7] = [
@@ -121,6 +122,18 @@ pub fn packing(python: &str) -> Result<(), String> {
 pub fn python() -> Option<String> {
     let found = python_with("python", "duckdb", DUCKDB, "an independent reader of sweep tables");
     found.inspect_err(|error| println!("{error}\n   so the tests with DuckDB are ignored")).ok()
+}
+
+/// Installs Open CASCADE beside DuckDB; without it the tests that read STEP files are ignored.
+pub fn open_cascade(python: &str) {
+    if works(&mut command(python, &["-c", "import OCP.STEPCAFControl"])) {
+        return;
+    }
+    let wanted = format!("cadquery-ocp-novtk=={OPEN_CASCADE}");
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &wanted];
+    if let Err(error) = step("install Open CASCADE, which reads STEP files", &mut command(python, &pip)) {
+        println!("{error}\n   so the tests that read STEP files are ignored");
+    }
 }
 
 /// Path of a Python with Exudyn.
