@@ -578,8 +578,8 @@ pub struct CompareArguments {
 pub enum Format {
     /// KBL (VDA 4964): topology, centre curves, wires, connectors and fixings of a harness
     Kbl(KblArguments),
-    /// STEP (ISO 10303-21): the parts of an assembly as meshes, and obstacles that place them. Python reads it with Open
-    /// CASCADE: python3 -m pip install "cadquery-ocp-novtk>=8"
+    /// STEP (ISO 10303-21): the parts of an assembly as meshes, and obstacles that place them. Python reads it with
+    /// Open CASCADE: python3 -m pip install "cadquery-ocp-novtk>=8"
     Step(StepArguments),
 }
 

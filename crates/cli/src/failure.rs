@@ -9,8 +9,8 @@ use wireloom::scenario::Fault;
 pub const REFUSED: u8 = 1;
 /// Exit code for a run that did not converge.
 const NOT_CONVERGED: u8 = 2;
-/// Exit code for a file or folder that could not be read or written, for a constraint or a plugin that failed, and for a
-/// program that is missing.
+/// Exit code for a file or folder that could not be read or written, for a constraint or a plugin that failed, and for
+/// a program that is missing.
 const IO: u8 = 3;
 /// Exit code for a harness that does not meet its requirements.
 const NOT_MET: u8 = 4;

@@ -110,9 +110,9 @@ pub fn write_surface(name: &str, surface: &Surface, out: &mut impl Write) -> io:
 }
 
 /// Writes a part of the surroundings, with its name and colour (linear red, green and blue), for an obstacle of a
-/// scenario: its axes are those of the part, not turned so that y points up. Corners are in millimetres about the middle
-/// of the part, and the node has place and scale: single precision holds them to 6e-8 of half its size, and what is
-/// drawn in whole millimetres exactly.
+/// scenario: its axes are those of the part, not turned so that y points up. Corners are in millimetres about the
+/// middle of the part, and the node has place and scale: single precision holds them to 6e-8 of half its size, and what
+/// is drawn in whole millimetres exactly.
 ///
 /// # Errors
 /// As those of [`write()`].

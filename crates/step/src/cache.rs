@@ -1,15 +1,11 @@
 //! Cache of what was read, by the content of the file: the bytes of it, the deflection and the reader decide the name.
 
-use crate::error::StepError;
+use crate::error::{CACHE, CACHE_AT_HOME, StepError};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Environment variable with the folder.
-pub(crate) const VARIABLE: &str = "WIRELOOM_CACHE";
-/// The folder in the user's home.
-pub(crate) const FOLDER: &str = ".wireloom/cache";
 /// Length of a SHA-256.
 const HASH: usize = 32;
 
@@ -20,8 +16,8 @@ pub(crate) struct Cache(pub PathBuf);
 impl Cache {
     /// The one that the environment names, or that in the user's home.
     pub fn from_environment() -> Option<Self> {
-        let named = std::env::var_os(VARIABLE).filter(|folder| !folder.is_empty()).map(PathBuf::from);
-        named.or_else(|| Some(std::env::home_dir()?.join(FOLDER))).map(Self)
+        let named = std::env::var_os(CACHE).filter(|folder| !folder.is_empty()).map(PathBuf::from);
+        named.or_else(|| Some(std::env::home_dir()?.join(CACHE_AT_HOME))).map(Self)
     }
 
     fn path(&self, key: &str) -> PathBuf {

@@ -6,6 +6,11 @@ use std::path::PathBuf;
 /// What Python needs, as pip installs it.
 pub const REQUIRED: &str = "cadquery-ocp-novtk>=8";
 
+/// Environment variable with the folder of the cache.
+pub(crate) const CACHE: &str = "WIRELOOM_CACHE";
+/// That folder in the user's home, where the variable names none.
+pub(crate) const CACHE_AT_HOME: &str = ".wireloom/cache";
+
 /// Error of reading a STEP file. Lines count from 1.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -219,7 +224,7 @@ impl StepError {
             Self::Crashed { .. } => "export the file again, or part by part, to find what it fails on".into(),
             Self::Interrupted => "start again; what was read completely is in the cache".into(),
             Self::Io { .. } => {
-                format!("the cache lies in ~/{}, or where {} says", crate::cache::FOLDER, crate::cache::VARIABLE)
+                format!("the cache lies in ~/{CACHE_AT_HOME}, or where the environment variable {CACHE} says")
             }
         }
     }

@@ -14,7 +14,8 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), StepError> {
         return Err(StepError::Empty);
     }
     // Comments may stand before it.
-    if !text.starts_with(BEGIN) && !(text.starts_with(b"/*") && first(text, BEGIN).is_some()) {
+    let begins = text.starts_with(BEGIN) || text.starts_with(b"/*") && first(text, BEGIN).is_some();
+    if !begins {
         let begin = &text[..text.len().min(SHOWN)];
         return Err(StepError::NotStep { found: shown(begin.split(|byte| *byte == b'\n').next().unwrap_or_default()) });
     }

@@ -13,8 +13,8 @@ pub fn registry() -> Registry {
     on_cpu(&Monitor::default())
 }
 
-/// Registry of all built-in kinds, with the minimiser `gpu` on a given device. Stopping the monitor also ends the process
-/// that reads a STEP file.
+/// Registry of all built-in kinds, with the minimiser `gpu` on a given device. Stopping the monitor also ends the
+/// process that reads a STEP file.
 ///
 /// # Panics
 /// Never: built-in kinds have different names.

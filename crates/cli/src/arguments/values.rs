@@ -64,7 +64,7 @@ pub fn setting(set: &str) -> Result<Setting, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{length, range, ratio};
+    use super::{length, millimetres, range, ratio};
 
     #[test]
     fn ranges_have_two_ends() {

@@ -1,5 +1,5 @@
-//! `wireloom import`: harness files of other formats to scenarios, and surroundings to obstacles. Findings go to standard
-//! error.
+//! `wireloom import`: harness files of other formats to scenarios, and surroundings to obstacles. Findings go to
+//! standard error.
 
 pub mod step;
 
