@@ -21,7 +21,7 @@ type Check = fn() -> Checked;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let with_open_cascade: [(&str, Check); 10] = [
+    let with_open_cascade: [(&str, Check); 11] = [
         ("triangles are closed, on the surface, and have its volume to what the deflection allows", volumes),
         ("an assembly keeps tree, names, colours and places, in millimetres and in inches", assembly),
         ("a whole file is one obstacle at the places of its parts", whole_file),
@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         ("names that are there twice become unique, which is said", same_names),
         ("parts are left out by pattern", left_out),
         ("files without solids, units or faultless text are refused by part and line", refused),
+        ("what Open CASCADE does not understand is refused or noted", not_understood),
         ("a deflection with which a part loses its shape is refused", too_coarse),
         ("what was read is kept: the same bytes without Open CASCADE, never for another deflection or file", kept),
     ];
@@ -244,7 +245,7 @@ fn whole_file() -> Checked {
     fs::write(place.path("s.toml"), hanging("s", 6, table))?;
     let ended = place.run(&["check", "s.toml"])?;
     ensure(ended.code == Some(0), &ended)?;
-    let surface = place.read("car.step", 5e-4)?.surface(5e-4).map_err(|error| error.to_string())?;
+    let (surface, _) = place.read("car.step", 5e-4)?.surface(5e-4).map_err(|error| error.to_string())?;
     let off = boxes().map(|corners| missed(&corners, &surface.corners));
     ensure(off.iter().all(|off| *off < 1e-9), off)?;
     // Bodies that touch share edges, which one surface cannot have.
@@ -368,6 +369,30 @@ fn refused() -> Checked {
     let line = fs::read_to_string(place.path("s.toml"))?.lines().count();
     let said = format!("s.toml:{line}:8: obstacle \"x\": \"bad.step\" cannot be read as STEP: it has no solids");
     ensure(ended.code == Some(1) && ended.err.starts_with(&said), (ended, said))
+}
+
+/// Types that another version of the format has.
+fn not_understood() -> Checked {
+    let place = Place::new()?;
+    place.make("assembly", "MM", "car.step")?;
+    let text = fs::read_to_string(place.path("car.step"))?;
+    let import = |from: &str, to: &str| {
+        fs::write(place.path("other.step"), text.replacen(from, to, 1))?;
+        place.run(&["import", "step", "other.step", "-o", "new"])
+    };
+    let ended = import("MANIFOLD_SOLID_BREP", "OTHER_SOLID_BREP")?;
+    let said = "error: other.step: part \"box\" has no shape: Open CASCADE could make none of what the file says";
+    ensure(ended.code == Some(1) && ended.err.starts_with(said), &ended)?;
+    let ended = import("ITEM_DEFINED_TRANSFORMATION", "OTHER_TRANSFORMATION")?;
+    let note = "Open CASCADE does not know OTHER_TRANSFORMATION (1 in the file): parts may be missing or misplaced";
+    ensure(ended.code == Some(0) && ended.err.contains(&format!("found: {note}")), &ended)?;
+    let table = "[[obstacles]]\nname = \"car\"\nmesh = \"other.step\"\nposition = [5, 0, 0]\n";
+    fs::write(place.path("s.toml"), hanging("s", 6, table))?;
+    let ended = place.run(&["run", "s.toml", "--out", "out"])?;
+    ensure(ended.code == Some(0) && ended.out.contains(note), &ended)?;
+    let ended = import("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", "OTHER_REPRESENTATION")?;
+    ensure(ended.code == Some(0) && ended.err.contains("does not know OTHER_REPRESENTATION"), &ended)?;
+    ensure(ended.err.contains("of 4 placements of parts in the file"), &ended)
 }
 
 fn too_coarse() -> Checked {

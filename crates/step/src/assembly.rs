@@ -19,6 +19,8 @@ type Colour = [f64; 3];
 pub struct Assembly {
     /// Units of length of the file, as it names them.
     pub units: Vec<String>,
+    /// What the file says that was not understood.
+    pub notes: Vec<String>,
     /// Parts, each once however often it is placed.
     pub parts: Vec<Part>,
     /// Places of parts.
@@ -36,6 +38,8 @@ pub struct Part {
     pub solids: Vec<Solid>,
     /// Number of faces that belong to no solid.
     pub loose_faces: usize,
+    /// Whether it has neither faces nor curves nor points.
+    pub empty: bool,
 }
 
 /// A solid of a part.
@@ -123,8 +127,11 @@ impl Assembly {
         for place in kept {
             let part = &self.parts[place.part];
             let name = place.path.join("/");
+            if part.empty {
+                return Err(StepError::NoShape { part: self.part_name(place) });
+            }
             if part.solids.is_empty() {
-                notes.push(format!("\"{name}\" has no faces, and is left out"));
+                notes.push(format!("\"{name}\" has curves alone, and is left out"));
                 continue;
             }
             let pose = place.pose.ok_or_else(|| StepError::NotRigid { name: name.clone() })?;
@@ -149,15 +156,16 @@ impl Assembly {
         if all.bodies.is_empty() {
             return Err(StepError::NoSolids);
         }
+        notes.splice(0..0, self.notes.iter().cloned());
         notes.extend(bodies.notes);
         Ok(Bodies { notes, ..all })
     }
 
-    /// All solids in their places as one surface, m, in the axes of the file.
+    /// All solids in their places as one surface, m, in the axes of the file, with notes.
     ///
     /// # Errors
     /// As those of [`Self::bodies`].
-    pub fn surface(&self, deflection: f64) -> Result<Surface, StepError> {
+    pub fn surface(&self, deflection: f64) -> Result<(Surface, Vec<String>), StepError> {
         let Bodies { meshes, bodies, .. } = self.bodies(&[], deflection)?;
         let mut whole = Surface::default();
         for Body { mesh, pose, .. } in &bodies {
@@ -166,7 +174,7 @@ impl Assembly {
             whole.corners.extend(corners.iter().map(|corner| pose.world(corner)));
             whole.triangles.extend(triangles.iter().map(|t| t.map(|k| first + k)));
         }
-        Ok(whole)
+        Ok((whole, self.notes.clone()))
     }
 
     /// Places that no pattern fits, and what was left out.
@@ -292,7 +300,7 @@ mod tests {
     }
 
     fn part(name: &str, solids: usize, loose_faces: usize) -> Part {
-        Part { name: name.into(), colour: Some([0.5; 3]), solids: vec![cube(0.1); solids], loose_faces }
+        Part { name: name.into(), colour: Some([0.5; 3]), solids: vec![cube(0.1); solids], loose_faces, empty: false }
     }
 
     fn place(path: &[&str], part: usize) -> Place {
@@ -309,7 +317,7 @@ mod tests {
             place(&["car", "pair"], 1),
             place(&["car", "sheet"], 2),
         ];
-        Assembly { units: vec!["MILLIMETRE".into()], parts, places }
+        Assembly { units: vec!["MILLIMETRE".into()], notes: vec![], parts, places }
     }
 
     fn without(patterns: &[&str]) -> Result<Bodies, StepError> {
@@ -341,6 +349,10 @@ mod tests {
         mirrored.places[0].pose = None;
         let said = mirrored.bodies(&["sheet".into()], 1e-4).expect_err("a refusal").to_string();
         assert_eq!(said, "\"car/left\" is mirrored or scaled where it is placed");
+        let mut empty = assembly();
+        empty.parts[1] = Part { empty: true, ..part("pair", 0, 0) };
+        let said = empty.bodies(&["sheet".into()], 1e-4).expect_err("a refusal").to_string();
+        assert_eq!(said, "part \"pair\" has no shape: Open CASCADE could make none of what the file says");
         let mut lost = assembly();
         lost.parts[0].solids[0].volume *= 2.0;
         let error = lost.bodies(&["sheet".into()], 0.2).expect_err("a refusal");

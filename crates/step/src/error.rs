@@ -49,6 +49,12 @@ pub enum StepError {
     /// It has no shapes, or they have no solids.
     #[error("it has no solids")]
     NoSolids,
+    /// A part has nothing at all.
+    #[error("part \"{part}\" has no shape: Open CASCADE could make none of what the file says")]
+    NoShape {
+        /// Name of the part.
+        part: String,
+    },
     /// Faces of parts do not enclose a solid.
     #[error("{}", .parts.iter().map(open_part).collect::<Vec<_>>().join("; "))]
     OpenShell {
@@ -201,6 +207,9 @@ impl StepError {
                 "give a smaller deflection, repair the part where it is drawn, or leave it out: wireloom import step \
                  --without"
                     .into()
+            }
+            Self::NoShape { .. } => {
+                "export the part again, such as by AP214, or leave it out: wireloom import step --without".into()
             }
             Self::NotRigid { .. } => "export the part as a shape of its own, or leave it out".into(),
             Self::Deflection { .. } => "give a length such as 0.1 mm".into(),

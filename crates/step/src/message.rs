@@ -17,7 +17,7 @@ const RIGID: f64 = 1e-9;
 #[serde(untagged)]
 enum Found {
     Refused { refused: String },
-    Read { units: Vec<String>, parts: Vec<FoundPart>, places: Vec<FoundPlace> },
+    Read { units: Vec<String>, notes: Vec<String>, parts: Vec<FoundPart>, places: Vec<FoundPlace> },
 }
 
 #[derive(Deserialize)]
@@ -26,6 +26,7 @@ struct FoundPart {
     colour: Option<[f64; 3]>,
     solids: Vec<FoundSolid>,
     loose_faces: usize,
+    empty: bool,
 }
 
 #[derive(Deserialize)]
@@ -62,16 +63,16 @@ pub(crate) enum Message {
 /// Reads the message; `None` where it is damaged.
 pub(crate) fn decode(bytes: &[u8]) -> Option<Message> {
     let end = bytes.iter().position(|byte| *byte == b'\n')?;
-    let (units, parts, places) = match serde_json::from_slice(&bytes[..end]).ok()? {
+    let (units, notes, parts, places) = match serde_json::from_slice(&bytes[..end]).ok()? {
         Found::Refused { refused } => return Some(Message::Refused(refused)),
-        Found::Read { units, parts, places } => (units, parts, places),
+        Found::Read { units, notes, parts, places } => (units, notes, parts, places),
     };
     let mut rest = &bytes[end + 1..];
     let parts: Option<Vec<Part>> = parts.into_iter().map(|part| part.decode(&mut rest)).collect();
     let parts = parts?;
     let places: Vec<Place> = places.into_iter().map(FoundPlace::decode).collect();
     let whole = rest.is_empty() && places.iter().all(|place| place.part < parts.len());
-    whole.then_some(Message::Read(Assembly { units, parts, places }))
+    whole.then_some(Message::Read(Assembly { units, notes, parts, places }))
 }
 
 /// Takes elements of three numbers from the front of the bytes.
@@ -86,7 +87,8 @@ fn take<const N: usize, T>(rest: &mut &[u8], count: usize, number: fn([u8; N]) -
 impl FoundPart {
     fn decode(self, rest: &mut &[u8]) -> Option<Part> {
         let solids: Option<Vec<Solid>> = self.solids.into_iter().map(|solid| solid.decode(rest)).collect();
-        Some(Part { name: self.name, colour: self.colour, solids: solids?, loose_faces: self.loose_faces })
+        let Self { name, colour, loose_faces, empty, .. } = self;
+        Some(Part { name, colour, solids: solids?, loose_faces, empty })
     }
 }
 
@@ -130,9 +132,9 @@ mod tests {
     use super::*;
 
     fn message() -> Vec<u8> {
-        let json = r#"{"units":["INCH"],"parts":[{"name":"box","colour":null,"loose_faces":0,"solids":[{"name":"",
-            "colour":[1,0,0],"corners":3,"triangles":1,"volume":-2e9}]}],"places":[{"path":[{"name":"NAUO7","part":
-            "box"}],"part":0,"colour":null,"above":null,"matrix":[0,-1,0,10,1,0,0,20,0,0,1,30]}]}"#;
+        let json = r#"{"units":["INCH"],"notes":[],"parts":[{"name":"box","colour":null,"loose_faces":0,"empty":false,
+            "solids":[{"name":"","colour":[1,0,0],"corners":3,"triangles":1,"volume":-2e9}]}],
+            "places":[{"path":[{"name":"NAUO7","part":"box"}],"part":0,"colour":null,"above":null,"matrix":[0,-1,0,10,1,0,0,20,0,0,1,30]}]}"#;
         let mut bytes = json.split_whitespace().collect::<String>().into_bytes();
         bytes.push(b'\n');
         bytes.extend((0..9).flat_map(|k| (10.0 * f64::from(k)).to_le_bytes()));

@@ -50,7 +50,7 @@ class Refused(Exception):
 
 
 def read(path):
-    """The document of a STEP file, and its units of length."""
+    """The document of a STEP file, its units of length, and what it says that was not understood."""
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.STEPCAFControl import STEPCAFControl_Reader
     from OCP.TCollection import TCollection_ExtendedString
@@ -70,7 +70,35 @@ def read(path):
         raise Refused("no shapes")
     if not reader.Transfer(document):
         raise Refused("no transfer")
-    return document, units
+    return document, units, not_understood(reader.Reader())
+
+
+def not_understood(reader):
+    """Types that Open CASCADE does not know, and what it could not translate; the number of placements in the file."""
+    from OCP.StepData import StepData_UndefinedEntity
+    from OCP.StepRepr import StepRepr_NextAssemblyUsageOccurrence
+
+    model, unknown, placements = reader.StepModel(), {}, 0
+    undefined = StepData_UndefinedEntity.get_type_descriptor_s()
+    placed = StepRepr_NextAssemblyUsageOccurrence.get_type_descriptor_s()
+    for k in range(1, model.NbEntities() + 1):
+        entity = model.Value(k)
+        if entity.IsKind(undefined):
+            unknown[entity.StepType()] = unknown.get(entity.StepType(), 0) + 1
+        elif entity.IsKind(placed):
+            placements += 1
+    notes = [
+        f"Open CASCADE does not know {name} ({count} in the file): parts may be missing or misplaced"
+        for name, count in sorted(unknown.items())
+    ]
+    checks = reader.WS().TransferReader().LastCheckList()
+    checks.Start()
+    while checks.More():
+        check = checks.Value()
+        if check.NbFails() > 0:
+            notes.append(f"Open CASCADE could not translate all: {check.CFail(1).strip()}")
+        checks.Next()
+    return {"notes": sorted(set(notes)), "placements": placements}
 
 
 def explore(shape, kind, beside=None):
@@ -179,6 +207,16 @@ def name_of(label):
     return name.Get().ToExtString() if label.FindAttribute(TDataStd_Name.GetID_s(), name) else ""
 
 
+def entry_of(label):
+    """The place of a label in the document."""
+    from OCP.TCollection import TCollection_AsciiString
+    from OCP.TDF import TDF_Tool
+
+    entry = TCollection_AsciiString()
+    TDF_Tool.Entry_s(label, entry)
+    return entry.ToCString()
+
+
 class Assembly:
     """Solids, parts and places of a document."""
 
@@ -190,6 +228,8 @@ class Assembly:
         self.kinds = (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen)
         self.deflection = deflection
         self.parts, self.places, self.meshes = [], [], []
+        # Labels that place a part or an assembly in another one.
+        self.components = set()
         self.known = {}
 
     def colour_of(self, label_or_shape):
@@ -223,6 +263,7 @@ class Assembly:
             components = Labels()
             Tool.GetComponents_s(part, components, False)
             for component in components:
+                self.components.add(entry_of(component))
                 self.add(component, path, placement, above)
             return
         self.places.append(
@@ -237,13 +278,9 @@ class Assembly:
 
     def part(self, label):
         """Index of a part, which is triangulated when it is met first."""
-        from OCP.TCollection import TCollection_AsciiString
-        from OCP.TDF import TDF_Tool
         from OCP.XCAFDoc import XCAFDoc_ShapeTool as Tool
 
-        entry = TCollection_AsciiString()
-        TDF_Tool.Entry_s(label, entry)
-        entry = entry.ToCString()
+        entry = entry_of(label)
         if entry not in self.known:
             self.known[entry] = len(self.parts)
             shape = Tool.GetShape_s(label)
@@ -276,7 +313,8 @@ class Assembly:
                 }
             )
         loose = sum(1 for _ in explore(shape, TopAbs_ShapeEnum.TopAbs_FACE, TopAbs_ShapeEnum.TopAbs_SOLID))
-        return {"name": name_of(label), "colour": own, "solids": solids, "loose_faces": loose}
+        empty = not any(True for _ in explore(shape, TopAbs_ShapeEnum.TopAbs_VERTEX))
+        return {"name": name_of(label), "colour": own, "solids": solids, "loose_faces": loose, "empty": empty}
 
 
 def volume(solid):
@@ -305,13 +343,17 @@ def main():
 
     meshes = []
     try:
-        document, units = read(path)
+        document, units, missed = read(path)
         assembly = Assembly(document, deflection)
         roots = Labels()
         assembly.shapes.GetFreeShapes(roots)
         for root in roots:
             assembly.add(root, [], gp_Trsf(), None)
-        found, meshes = {"units": units, "parts": assembly.parts, "places": assembly.places}, assembly.meshes
+        notes, placements, read_ = missed["notes"], missed["placements"], len(assembly.components)
+        if read_ < placements:
+            notes.append(f"of {placements} placements of parts in the file {read_} were read: the others show nothing")
+        found = {"units": units, "notes": notes, "parts": assembly.parts, "places": assembly.places}
+        meshes = assembly.meshes
     except Refused as error:
         found = {"refused": str(error)}
     with open(out, "wb") as file:

@@ -45,8 +45,10 @@ pub fn kind(step: Option<StepReader>) -> ShapeKind {
                 let help = "add `mesh`: a file, from the folder of the scenario, such as mesh = \"panel.stl\"";
                 return Err(BuildError::new("it is a mesh, and has no `mesh`", help).at("shape"));
             };
-            let surface = read::read_or_step(file, parameters.number("deflection"), step.as_ref())?;
-            Ok(Box::new(Mesh::new(&surface, parameters.flag("open").unwrap_or(false))?))
+            let (surface, notes) = read::read_or_step(file, parameters.number("deflection"), step.as_ref())?;
+            let mut mesh = Mesh::new(&surface, parameters.flag("open").unwrap_or(false))?;
+            mesh.topology.notes.extend(notes);
+            Ok(Box::new(mesh))
         }),
     }
 }

@@ -43,26 +43,26 @@ impl From<ReadFault> for BuildError {
     }
 }
 
-/// Reader of STEP files: the triangles, m, of a file for their largest distance from its surfaces, m. It reaches out of
-/// this crate, so the program that makes the registry gives it.
-pub type StepReader = Arc<dyn Fn(&ShapeFile, f64) -> Result<Surface, BuildError> + Send + Sync>;
+/// Reader of STEP files: the triangles, m, of a file for their largest distance from its surfaces, m, and notes for the
+/// user. It reaches out of this crate, so the program that makes the registry gives it.
+pub type StepReader = Arc<dyn Fn(&ShapeFile, f64) -> Result<(Surface, Vec<String>), BuildError> + Send + Sync>;
 
 /// Deflection of a STEP file whose user asks for none, m.
 const DEFLECTION: f64 = 1e-4;
 
-/// The triangles of any file, m, a STEP file by its reader.
+/// The triangles of any file, m, a STEP file by its reader; and notes of that reader.
 pub(super) fn read_or_step(
     file: &ShapeFile,
     deflection: Option<f64>,
     step: Option<&StepReader>,
-) -> Result<Surface, BuildError> {
+) -> Result<(Surface, Vec<String>), BuildError> {
     let ShapeFile { name, scale, .. } = file;
     if !["step", "stp"].contains(&ending(name).as_str()) {
         if deflection.is_some() {
             let message = format!("\"{name}\" has triangles already, which no `deflection` makes finer");
             return Err(BuildError::new(message, "leave `deflection` out; it is for STEP files").at("deflection"));
         }
-        return Ok(read(file)?);
+        return Ok((read(file)?, vec![]));
     }
     if *scale != 1.0 {
         let message = format!("`scale` = {scale} beside the STEP file \"{name}\", which says its unit itself");
