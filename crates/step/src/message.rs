@@ -134,7 +134,8 @@ mod tests {
     fn message() -> Vec<u8> {
         let json = r#"{"units":["INCH"],"notes":[],"parts":[{"name":"box","colour":null,"loose_faces":0,"empty":false,
             "solids":[{"name":"","colour":[1,0,0],"corners":3,"triangles":1,"volume":-2e9}]}],
-            "places":[{"path":[{"name":"NAUO7","part":"box"}],"part":0,"colour":null,"above":null,"matrix":[0,-1,0,10,1,0,0,20,0,0,1,30]}]}"#;
+            "places":[{"path":[{"name":"NAUO7","part":"box"}],"part":0,"colour":null,"above":null,
+            "matrix":[0,-1,0,10,1,0,0,20,0,0,1,30]}]}"#;
         let mut bytes = json.split_whitespace().collect::<String>().into_bytes();
         bytes.push(b'\n');
         bytes.extend((0..9).flat_map(|k| (10.0 * f64::from(k)).to_le_bytes()));
