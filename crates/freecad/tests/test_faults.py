@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import FreeCAD
@@ -136,6 +137,15 @@ def no_section(y: Y) -> Any:
     return y.trunk
 
 
+def wrong_section(y: Y) -> Any:
+    y.trunk.Section = plate(y)
+    return y.trunk
+
+
+def wrong_begin(y: Y) -> Any:
+    return objects.add(y.harness, "Step", "begin", Begins=[y.trunk])
+
+
 def unknown_quantity(y: Y) -> Any:
     return objects.add(y.harness, "Requirement", "limit", Quantity="bend_radios", Of=[y.left], Min="30 mm")
 
@@ -190,6 +200,8 @@ CASES: list[tuple[Callable[[Y], Any], str]] = [
     (branch_is_gone, "set `Branch`"),
     (wrong_unit, "N m²"),
     (no_section, "set `Section`"),
+    (wrong_section, "is no section"),
+    (wrong_begin, "choose connectors and clips"),
     (unknown_quantity, "bend_radius"),
     (unknown_kind, "connector"),
     (no_toml, "is no TOML"),
@@ -302,3 +314,13 @@ def test_a_step_that_is_not_there_cannot_be_shown(y: Y) -> None:
     y.harness.ShownStep = 0
     y.document.recompute()
     good(y.harness)
+
+
+def test_what_changed_after_the_recompute_is_not_exported(y: Y, tmp_path: Path) -> None:
+    objects.add(y.harness, "Requirement", "wide bends", Quantity="bend_radius", Of=[y.left], Min="5 m")
+    y.document.recompute()
+    assert y.harness.Verdict == "fail"
+    exporting.step(y.harness, str(tmp_path / "failing.step"))
+    y.section.Diameter = 6
+    with pytest.raises(Fault, match="as the document is now"):
+        exporting.step(y.harness, str(tmp_path / "old.step"))

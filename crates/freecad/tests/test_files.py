@@ -87,6 +87,12 @@ def test_a_refused_file_says_why(document: Any, tmp_path: Path) -> None:
         importing.insert(str(bad), document.Name)
     with pytest.raises(ValueError, match="`urdf`, a file beside the scenario"):
         importing.insert(str(SCENARIOS / "mechanisms/robot.toml"), document.Name)
+    scenario = (SCENARIOS / "first.toml").read_text()
+    (tmp_path / "part.glb").write_bytes(b"")
+    bad.write_text(scenario + '\n[[obstacles]]\nname = "part"\nmesh = "part.glb"\n')
+    with pytest.raises(ValueError, match="part"):
+        importing.insert(str(bad), document.Name)
+    assert document.Objects == [], "nothing of what was refused stays"
     with pytest.raises(OSError, match="missing.toml"):
         importing.insert(str(tmp_path / "missing.toml"), document.Name)
 

@@ -434,13 +434,21 @@ def connector_pose(connector: Object) -> Any:
     return paths.global_placement(connector).multiply(connector.Offset)
 
 
-def radius(branch: Object) -> float:
-    """Radius of a branch, mm."""
+def section_of(branch: Object) -> Object:
+    """The section of a branch."""
     if branch.Section is None:
         raise Fault(branch, "it has no section: set `Section`")
-    diameter = float(branch.Section.Diameter.Value)
+    if kind_of(branch.Section) != "Section":
+        raise Fault(branch, f"`{branch.Section.Label}` is no section: set `Section` to one of the harness")
+    return branch.Section
+
+
+def radius(branch: Object) -> float:
+    """Radius of a branch, mm."""
+    section = section_of(branch)
+    diameter = float(section.Diameter.Value)
     if diameter <= 0:
-        raise Fault(branch.Section, "its diameter is not known: set `Diameter`; clips on faces need it")
+        raise Fault(section, "its diameter is not known: set `Diameter`; clips on faces need it")
     return diameter / 2
 
 
