@@ -9,6 +9,7 @@ import FreeCAD
 import pytest
 import wireloom
 from conftest import Y, good
+
 from wireloom_freecad import drag, objects
 from wireloom_freecad.faults import Fault
 

@@ -10,6 +10,7 @@ import FreeCAD
 import Part
 import pytest
 from conftest import Y, good, not_good
+
 from wireloom_freecad import exporting, objects
 from wireloom_freecad.faults import Fault
 

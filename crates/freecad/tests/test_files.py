@@ -12,6 +12,7 @@ import pytest
 import wireloom
 from conftest import HERE, SCENARIOS, Y, good, not_good
 from walk import walk
+
 from wireloom_freecad import exporting, importing, objects
 
 #: Scenarios with all kinds of entries; each is computed from its text, and from its objects.

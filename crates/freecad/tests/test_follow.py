@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from conftest import Y, good, not_good
 from walk import walk
+
 from wireloom_freecad import chosen, motion, objects, paths
 from wireloom_freecad.faults import Fault
 
