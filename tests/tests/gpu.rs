@@ -9,6 +9,7 @@ use wireloom::export::table::{Column, Table, read};
 use wireloom::geometry::Vector;
 use wireloom::gpu::policy::TestDevice;
 use wireloom::gpu::{Gpu, SharedDevice, policy};
+use wireloom::session::Monitor;
 use wireloom::{Control, Run, Status};
 use wireloom_tests::cables::{self, branch, connector};
 use wireloom_tests::program;
@@ -94,7 +95,7 @@ fn shared(gpu: &Gpu) -> SharedDevice {
 }
 
 fn run(text: &str, devices: &SharedDevice, mut each: impl FnMut(usize)) -> Result<Run, Failed> {
-    let registry = wireloom::registry_on(devices.clone());
+    let registry = wireloom::registry_on(devices.clone(), &Monitor::default());
     let (_, built) = wireloom::load(text, &registry).map_err(|faults| wireloom::scenario::render(text, &faults))?;
     Ok(wireloom::run(built, &mut |progress, _| {
         each(progress.increment);

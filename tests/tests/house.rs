@@ -15,6 +15,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("models", &["core"]),
     ("shapes", &["core"]),
     ("solve", &["core"]),
+    ("step", &["core"]),
     ("gpu", &["core", "shaders"]),
     ("scenario", &["core"]),
     ("import", &["core", "scenario"]),
@@ -24,7 +25,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("cable-tie", &["plugin"]),
     ("hinge-guide", &["plugin"]),
     ("testkit", &["core"]),
-    ("wireloom", &["core", "models", "shapes", "solve", "gpu", "scenario", "import", "export", "host", "testkit"]),
+    (
+        "wireloom",
+        &["core", "models", "shapes", "step", "solve", "gpu", "scenario", "import", "export", "host", "testkit"],
+    ),
     ("studio", &["wireloom"]),
     ("dataset", &["wireloom"]),
     ("cli", &["wireloom", "studio", "dataset"]),
@@ -62,7 +66,7 @@ const PRINT: &[&str] = &["cli", "xtask"];
 /// Modules that reach out of the program: files, networks, the environment, other programs.
 const OUTSIDE: &[&str] = &["std::fs", "std::net", "std::env", "std::process"];
 /// Crates that may reach out.
-const REACH_OUT: &[&str] = &["cli", "python", "capi", "xtask", "host", "studio", "dataset"];
+const REACH_OUT: &[&str] = &["cli", "python", "capi", "xtask", "host", "studio", "dataset", "step"];
 /// A file that is longer has more than one topic.
 const LINES: usize = 900;
 /// Most characters of a line.

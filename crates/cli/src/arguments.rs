@@ -5,6 +5,7 @@ pub mod values;
 use clap::{Args, Parser, Subcommand};
 use std::ops::Range;
 use std::path::PathBuf;
+use std::time::Duration;
 use wireloom_dataset::POINTS;
 
 /// Computes how a branched cable harness hangs, bends, twists and pulls while it is being installed.
@@ -110,7 +111,7 @@ pub enum Command {
         #[command(flatten)]
         allowed: Allowed,
     },
-    /// Make a scenario from a harness file of another format
+    /// Make a scenario from a harness file of another format, or obstacles from the surroundings in a STEP file
     Import {
         #[command(subcommand)]
         format: Format,
@@ -577,6 +578,27 @@ pub struct CompareArguments {
 pub enum Format {
     /// KBL (VDA 4964): topology, centre curves, wires, connectors and fixings of a harness
     Kbl(KblArguments),
+    /// STEP (ISO 10303-21): the parts of an assembly as meshes, and obstacles that place them. Python reads it with
+    /// Open CASCADE: python3 -m pip install "cadquery-ocp-novtk>=8"
+    Step(StepArguments),
+}
+
+#[derive(Args)]
+pub struct StepArguments {
+    /// The STEP file
+    pub file: PathBuf,
+    /// Folder for the meshes, and for obstacles.toml, which a scenario in the current folder takes
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Largest distance of the triangles from the surfaces, in mm or with a unit
+    #[arg(long, value_name = "LENGTH", default_value = "0.1 mm", value_parser = values::millimetres)]
+    pub deflection: f64,
+    /// Leave out the parts whose name, or path in the assembly, fits; * stands for any characters, ? for one
+    #[arg(long, value_name = "PATTERN")]
+    pub without: Vec<String>,
+    /// Time after which the reading is ended, such as `30 min`
+    #[arg(long, value_name = "TIME", default_value = "10 min", value_parser = humantime::parse_duration)]
+    pub time_limit: Duration,
 }
 
 #[derive(Args)]

@@ -45,6 +45,7 @@ pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Fail
         Command::Devices => devices::list(out),
         Command::Explain { key, allowed } => explain::explain(key, allowed, out),
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
+        Command::Import { format: Format::Step(arguments) } => import::step::step(arguments, out),
         Command::Bench(arguments) => bench::bench(arguments, out),
     }
 }

@@ -9,7 +9,8 @@ use wireloom::scenario::Fault;
 pub const REFUSED: u8 = 1;
 /// Exit code for a run that did not converge.
 const NOT_CONVERGED: u8 = 2;
-/// Exit code for a file or folder that could not be read or written, and for a constraint or a plugin that failed.
+/// Exit code for a file or folder that could not be read or written, for a constraint or a plugin that failed, and for
+/// a program that is missing.
 const IO: u8 = 3;
 /// Exit code for a harness that does not meet its requirements.
 const NOT_MET: u8 = 4;
@@ -68,6 +69,9 @@ pub enum Failure {
     /// A sweep in parts could not be written or read.
     #[error("{0}")]
     Dataset(wireloom_dataset::Error),
+    /// Another program that is needed is missing.
+    #[error("{0}")]
+    Missing(String),
     /// Reading or writing failed.
     #[error("{what}: {source}")]
     Io {
@@ -85,7 +89,9 @@ impl Failure {
             Failure::Several(all) => all.iter().map(Failure::code).max().unwrap_or(REFUSED),
             Failure::Refused(_) | Failure::Input(_) => REFUSED,
             Failure::Dataset(error) if error.is_refusal() => REFUSED,
-            Failure::Dataset(_) | Failure::Io { .. } | Failure::Part(_) | Failure::Plugin(_) => IO,
+            Failure::Dataset(_) | Failure::Io { .. } | Failure::Missing(_) | Failure::Part(_) | Failure::Plugin(_) => {
+                IO
+            }
         }
     }
 

@@ -181,7 +181,7 @@ impl Minimiser for NoMinimiser {
 fn registry() -> Registry {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
-    wireloom_shapes::register(&mut registry);
+    wireloom_shapes::register(&mut registry, None);
     let minimiser = MinimiserKind {
         name: "newton".into(),
         doc: String::new(),

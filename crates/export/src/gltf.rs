@@ -109,6 +109,32 @@ pub fn write_surface(name: &str, surface: &Surface, out: &mut impl Write) -> io:
     file.write(out)
 }
 
+/// Writes a part of the surroundings, with its name and colour (linear red, green and blue), for an obstacle of a
+/// scenario: its axes are those of the part, not turned so that y points up. Corners are in millimetres about the
+/// middle of the part, and the node has place and scale: single precision holds them to 6e-8 of half its size, and what
+/// is drawn in whole millimetres exactly.
+///
+/// # Errors
+/// As those of [`write()`].
+pub fn write_part(name: &str, colour: Option<[f64; 3]>, surface: &Surface, out: &mut impl Write) -> io::Result<()> {
+    let mut file = File::default();
+    let bound = |best: fn(f64, f64) -> f64| surface.corners.iter().copied().reduce(|a, b| a.zip_map(&b, best));
+    let middle = bound(f64::min).zip(bound(f64::max)).map_or(Vector::zeros(), |(least, most)| (least + most) * 0.5);
+    let corners = surface.corners.iter().map(|corner| (corner - middle) * 1e3).collect();
+    let own = Surface { corners, triangles: surface.triangles.clone() };
+    let material = match colour {
+        Some([red, green, blue]) => file.material(name, [red, green, blue, 1.0]),
+        None => OBSTACLE,
+    };
+    let mut node = json!({ "name": name, "translation": middle.as_slice(), "scale": [1e-3, 1e-3, 1e-3] });
+    if let Some(mesh) = file.surface(name, &own, material) {
+        node["mesh"] = mesh.into();
+    }
+    let node = file.node(node);
+    file.scenes.push(json!({ "name": name, "nodes": [node] }));
+    file.write(out)
+}
+
 /// Whether its coordinates are finite and small enough for single precision.
 fn is_drawable(x: &Vector) -> bool {
     x.iter().all(|c| c.abs() < FAR)
@@ -218,6 +244,8 @@ struct File {
     meshes: Vec<Value>,
     nodes: Vec<Value>,
     scenes: Vec<Value>,
+    /// Materials beside [`MATERIALS`]: name and colour.
+    materials: Vec<(String, [f64; 4])>,
     /// Data of applications, if there are any.
     extras: Option<Value>,
 }
@@ -277,6 +305,12 @@ impl File {
         (!triangles.is_empty()).then(|| self.mesh(name, &mesh, material))
     }
 
+    /// Index of a material with this colour.
+    fn material(&mut self, name: &str, colour: [f64; 4]) -> usize {
+        self.materials.push((name.to_owned(), colour));
+        MATERIALS.len() + self.materials.len() - 1
+    }
+
     fn node(&mut self, node: Value) -> usize {
         self.nodes.push(node);
         self.nodes.len() - 1
@@ -293,7 +327,8 @@ impl File {
     }
 
     fn write(mut self, out: &mut impl Write) -> io::Result<()> {
-        let materials = MATERIALS.map(|(name, colour)| {
+        let own = self.materials.iter().map(|(name, colour)| (name.as_str(), *colour));
+        let materials = MATERIALS.into_iter().chain(own).map(|(name, colour)| {
             json!({
                 "name": name,
                 "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.7 },
@@ -301,6 +336,7 @@ impl File {
                 "doubleSided": true,
             })
         });
+        let materials: Vec<Value> = materials.collect();
         let mut document = json!({
             "asset": { "version": "2.0", "generator": "wireloom" },
             "scene": self.scenes.len().saturating_sub(1),

@@ -40,7 +40,7 @@ impl Task {
     /// Reads the scenario and joins its dataset.
     fn with<T>(&self, work: impl FnOnce(&Points<'_>, &Dataset) -> Result<T, Failure>) -> Result<T, Failure> {
         let devices = SharedDevice::for_single_runs(None).for_batches();
-        let registry = wireloom::registry_on(devices.clone());
+        let registry = wireloom::registry_on(devices.clone(), &Monitor::default());
         let Loaded { scenario, built, registry, texts, hashed, files } =
             self.source.load_on(registry, self.files.clone())?;
         let sweep: &Sweep = scenario.sweep.as_ref().ok_or_else(|| {

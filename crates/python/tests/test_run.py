@@ -271,6 +271,31 @@ def test_a_run_is_plotted(run: wireloom.Run) -> None:
     assert lines == ["trunk", "left", "right"]
 
 
+def test_a_run_is_curves_of_usd(run: wireloom.Run, tmp_path: Path) -> None:
+    Usd = pytest.importorskip("pxr.Usd")
+    UsdGeom = pytest.importorskip("pxr.UsdGeom")
+    for ending in ("usda", "usdc", "usd"):
+        path = tmp_path / f"run.{ending}"
+        run.to_usd(path)
+        stage = Usd.Stage.Open(str(path))
+        assert UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+        assert stage.GetEndTimeCode() == len(run.steps) - 1
+        harness = stage.GetDefaultPrim()
+        assert harness.GetDisplayName() == run.scenario
+        assert [own.GetName() for own in harness.GetChildren()] == ["trunk", "left", "right"]
+        for time, step in enumerate(run.steps):
+            for name, branch in step.branches.items():
+                curves = UsdGeom.BasisCurves(stage.GetPrimAtPath(f"/harness/{name}"))
+                points = np.array(curves.GetPointsAttr().Get(time))
+                assert list(curves.GetCurveVertexCountsAttr().Get(time)) == [len(branch)]
+                assert np.abs(points - branch.position).max() < 1e-7
+                assert curves.GetWidthsAttr().Get(time)[0] == pytest.approx(branch.diameter, rel=1e-6)
+    with pytest.raises(wireloom.RequestError, match="does not end with one of .usd, .usda, .usdc"):
+        run.to_usd(tmp_path / "run.glb")
+    with pytest.raises(OSError, match="cannot write"):
+        run.to_usd(tmp_path / "no folder" / "x" / "\0.usda")
+
+
 def test_events_and_requirements_are_tables_of_arrow(run: wireloom.Run) -> None:
     duckdb = pytest.importorskip("duckdb")
     scenario = wireloom.loads(wireloom.EXAMPLE)

@@ -14,14 +14,14 @@ mod tree;
 
 use wireloom_core::Registry;
 
-/// Adds all built-in shapes.
+/// Adds all built-in shapes; `step`: what reads STEP files, which are refused without it.
 ///
 /// # Panics
 /// If one of their names is taken: built-ins are registered first.
-pub fn register(registry: &mut Registry) {
+pub fn register(registry: &mut Registry, step: Option<mesh::StepReader>) {
     const FIRST: &str = "built-ins are registered first";
     for kind in primitives::kinds() {
         registry.add_shape(kind).map_err(|_| FIRST).unwrap();
     }
-    registry.add_shape(mesh::kind()).map_err(|_| FIRST).unwrap();
+    registry.add_shape(mesh::kind(step)).map_err(|_| FIRST).unwrap();
 }

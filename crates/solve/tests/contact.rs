@@ -18,7 +18,7 @@ const MOMENT: f64 = 5e-4;
 fn run(text: &str) -> (Run, Network) {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
-    wireloom_shapes::register(&mut registry);
+    wireloom_shapes::register(&mut registry, None);
     wireloom_solve::register(&mut registry);
     let built = wireloom_scenario::build_with_settings(text, &[], &wireloom_scenario::NoFiles, &registry);
     let (_, built) = built.unwrap_or_else(|faults| panic!("{faults:?}"));

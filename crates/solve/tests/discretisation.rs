@@ -28,7 +28,7 @@ impl Observer for Keep {
 fn run(text: &str) -> Vec<(StepResult, Vec<NodalErrors>)> {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
-    wireloom_shapes::register(&mut registry);
+    wireloom_shapes::register(&mut registry, None);
     wireloom_solve::register(&mut registry);
     let built = wireloom_scenario::build_with_settings(text, &[], &wireloom_scenario::NoFiles, &registry);
     let (_, built) = built.unwrap_or_else(|faults| panic!("{faults:?}"));

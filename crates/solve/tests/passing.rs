@@ -23,7 +23,7 @@ torsion_stiffness = 0.009
 fn run(text: &str) -> Run {
     let mut registry = Registry::default();
     wireloom_models::register(&mut registry);
-    wireloom_shapes::register(&mut registry);
+    wireloom_shapes::register(&mut registry, None);
     wireloom_solve::register(&mut registry);
     let built = wireloom_scenario::build_with_settings(text, &[], &wireloom_scenario::NoFiles, &registry);
     let (_, built) = built.unwrap_or_else(|faults| panic!("{}", wireloom_scenario::render(text, &faults)));

@@ -4,11 +4,12 @@
 //!
 //! ```
 //! use wireloom::gpu::SharedDevice;
+//! use wireloom::session::Monitor;
 //!
 //! for device in wireloom::gpu::list() {
 //!     println!("{} ({})", device.name, device.kind);
 //! }
-//! let registry = wireloom::registry_on(SharedDevice::for_single_runs(Some("my card")));
+//! let registry = wireloom::registry_on(SharedDevice::for_single_runs(Some("my card")), &Monitor::default());
 //! assert!(registry.minimiser("gpu").is_some(), "a device is opened when a harness is built for it");
 //! ```
 

@@ -69,6 +69,7 @@
 //! | `kbl` | module `import`: KBL files to scenarios (roxmltree) |
 //! | `parquet` | `export::table::Writer` and `read` (parquet) |
 //! | `plugins` | module `plugins`: constraints and joints out of dynamic libraries (libloading) |
+//! | `step` | module `step`: surroundings out of STEP files, which Python reads with Open CASCADE |
 //! | `testing` | module `testing`: conformance suites for own parts |
 //! | `bench` | module `bench`: timings of the machine at hand; turns on `gpu` and `kbl` |
 //! | `full` | all of these |
@@ -98,6 +99,8 @@ pub mod scenario;
 pub mod sensitivity;
 pub mod session;
 pub mod shapes;
+#[cfg(feature = "step")]
+pub mod step;
 pub mod sweep;
 #[cfg(feature = "testing")]
 pub mod testing;

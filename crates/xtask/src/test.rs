@@ -24,6 +24,7 @@ pub fn test() -> Result<(), String> {
     tools::finders();
     let python = tools::python();
     if let Some(python) = &python {
+        tools::open_cascade(python);
         all.env("WIRELOOM_PYTHON", python);
     }
     tests("tests and doc tests", &mut all)?;

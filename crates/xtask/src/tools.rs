@@ -7,15 +7,17 @@ use std::path::PathBuf;
 
 const DENY: &str = "0.20.2";
 const DUCKDB: &str = "2.0.0";
+const OPEN_CASCADE: &str = "8.0.1.1.0";
 const EXUDYN: &str = "1.13.6";
 /// What the Python package needs to be packed and tested.
-const PACKING: [&str; 7] = [
+const PACKING: [&str; 8] = [
     "distributed>=2026.8",
     "maturin==1.16.0",
     "matplotlib>=3.8",
     "mypy==2.4.1",
     "numpy>=2,<3",
     "pytest==9.2.0",
+    "usd-core==26.11",
     "wheel>=0.45",
 ];
 
@@ -129,7 +131,7 @@ pub fn deny() -> Result<String, String> {
 
 /// Installs what the Python package needs to be packed and tested; `python`: the one of [`python`].
 pub fn packing(python: &str) -> Result<(), String> {
-    let known = "import distributed, maturin, matplotlib, mypy, numpy, pytest, wheel";
+    let known = "import distributed, maturin, matplotlib, mypy, numpy, pytest, wheel, pxr.Usd";
     if works(&mut command(python, &["-c", known])) {
         return Ok(());
     }
@@ -141,6 +143,18 @@ pub fn packing(python: &str) -> Result<(), String> {
 pub fn python() -> Option<String> {
     let found = python_with("python", "duckdb", DUCKDB, "an independent reader of sweep tables");
     found.inspect_err(|error| println!("{error}\n   so the tests with DuckDB are ignored")).ok()
+}
+
+/// Installs Open CASCADE beside DuckDB; without it the tests that read STEP files are ignored.
+pub fn open_cascade(python: &str) {
+    if works(&mut command(python, &["-c", "import OCP.STEPCAFControl"])) {
+        return;
+    }
+    let wanted = format!("cadquery-ocp-novtk=={OPEN_CASCADE}");
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", &wanted];
+    if let Err(error) = step("install Open CASCADE, which reads STEP files", &mut command(python, &pip)) {
+        println!("{error}\n   so the tests that read STEP files are ignored");
+    }
 }
 
 /// Path of a Python with Exudyn.

@@ -6,12 +6,23 @@ use wireloom::scenario::Setting;
 
 /// A length in m from `10 mm`, `0.01 m` or `0.01`; above zero.
 pub fn length(text: &str) -> Result<f64, String> {
+    length_in(text, 1.0)
+}
+
+/// A length in m from `0.1 mm`, or from `0.1`, which is in mm; above zero.
+pub fn millimetres(text: &str) -> Result<f64, String> {
+    length_in(text, 1000.0)
+}
+
+/// A length in m; a number without a unit is divided by `plain`.
+fn length_in(text: &str, plain: f64) -> Result<f64, String> {
     let text = text.trim();
     let split = text.find(|c: char| c.is_alphabetic() && c != 'e' && c != 'E').unwrap_or(text.len());
     let (number, unit) = text.split_at(split);
     // A divisor, so that 10 mm is the double nearest to 0.01 m.
     let divisor = match unit.trim() {
-        "" | "m" => 1.0,
+        "" => plain,
+        "m" => 1.0,
         "dm" => 10.0,
         "cm" => 100.0,
         "mm" => 1000.0,
@@ -53,7 +64,7 @@ pub fn setting(set: &str) -> Result<Setting, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{length, range, ratio};
+    use super::{length, millimetres, range, ratio};
 
     #[test]
     fn ranges_have_two_ends() {
@@ -78,6 +89,7 @@ mod tests {
         for text in ["10 mm", "10mm", "1 cm", "0.01", "1e-2 m", " 0.01 m "] {
             assert_eq!(length(text), Ok(0.01), "{text}");
         }
+        assert_eq!((millimetres("0.1"), millimetres("0.1 mm"), millimetres("1e-4 m")), (Ok(1e-4), Ok(1e-4), Ok(1e-4)));
         for text in ["", "mm", "-1 mm", "0", "10 km", "1 2 mm", "inf", "nan"] {
             assert!(length(text).is_err(), "{text}");
         }

@@ -1,4 +1,7 @@
-//! `wireloom import`: harness files of other formats to scenarios. Findings go to standard error.
+//! `wireloom import`: harness files of other formats to scenarios, and surroundings to obstacles. Findings go to
+//! standard error.
+
+pub mod step;
 
 use crate::arguments::{KblArguments, KblArrangement, KblOrder};
 use crate::failure::{Failure, Outcome};

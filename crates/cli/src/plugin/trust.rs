@@ -1,6 +1,7 @@
 //! Trust in plugins. A plugin is native code: it is loaded only where the user trusts it.
 
 use crate::arguments::Allowed;
+use crate::interrupt;
 use std::path::{Path, PathBuf};
 use wireloom::Registry;
 use wireloom::gpu::{Batch, SharedDevice};
@@ -51,7 +52,7 @@ impl Trust {
 
     /// The built-in kinds, on the chosen device.
     pub fn registry(&self) -> Registry {
-        wireloom::registry_on(self.devices.clone())
+        wireloom::registry_on(self.devices.clone(), interrupt::monitor())
     }
 
     /// The file of the plugin that a scenario in `folder` calls `wanted`, or message and help.

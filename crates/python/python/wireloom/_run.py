@@ -551,6 +551,22 @@ class Run:
             raise ValueError("a run that was read from a file has no page: use wireloom studio DIR")
         return page
 
+    def to_usd(self, path: str | os.PathLike[str]) -> None:
+        """Writes the branches as curves of USD (`BasisCurves`), named as in the scenario, with a time code for each step
+        that was kept and the diameters as widths; z is up, and lengths are in m. Obstacles are in `harness.glb`.
+
+        Args:
+            path: a file that ends with `.usd`, `.usda` (text) or `.usdc`.
+
+        Raises:
+            ImportError: usd-core is not installed, which is not a dependency: `pip install wireloom[usd]`.
+            RequestError: the path ends otherwise, or the run has no equilibria.
+            OSError: the file cannot be written.
+        """
+        from ._usd import write
+
+        write(self, path)
+
     def plot(self, ax: Axes | None = None, *, step: int = -1) -> Axes:
         """Draws an equilibrium in three dimensions with matplotlib, which is not a dependency.
 

@@ -155,7 +155,7 @@ fn joint(name: &str, build: Build<JointSpec, dyn JointModel>) -> JointKind {
 /// The names and parameters of the built-in kinds.
 pub fn registry() -> Registry {
     let mut registry = Registry::default();
-    wireloom_shapes::register(&mut registry);
+    wireloom_shapes::register(&mut registry, None);
     let rod = RodKind {
         name: "cosserat".into(),
         doc: "a rod".into(),

@@ -88,7 +88,9 @@ impl MeshFault {
                 "close its holes where it is drawn; or write open = true for a sheet that is solid on both sides".into()
             }
             Self::NonManifold { .. } => {
-                "export bodies that touch each other as files of their own, without walls between them".into()
+                "export bodies that touch each other as files of their own, without walls between them; wireloom \
+                 import step makes a file of each part of a STEP file"
+                    .into()
             }
             Self::OneSided { .. } => "export the body again, as a surface with an inside and an outside".into(),
         }

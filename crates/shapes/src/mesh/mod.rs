@@ -9,35 +9,46 @@ mod tests;
 mod topology;
 
 pub use fault::MeshFault;
-pub use read::{ReadFault, read};
+pub use read::{ReadFault, StepReader, read};
 
-use crate::parameters::flag;
+use crate::parameters::{flag, length};
 use crate::tree::Feature;
 use inside::{Region, Regions};
 use parts::{Nearest, Parts};
 use topology::{NONE, Topology};
 use wireloom_core::obstacle::{Shape, Surface, Touch};
-use wireloom_core::registry::{BuildError, ShapeKind};
+use wireloom_core::registry::{BuildError, Parameter, ShapeKind};
 use wireloom_core::{Matrix, Vector};
 
-/// The kind `mesh`: the surface is in a file.
-pub fn kind() -> ShapeKind {
-    let parameters = vec![flag(
+/// The kind `mesh`: the surface is in a file; `step`: what reads STEP files.
+pub fn kind(step: Option<StepReader>) -> ShapeKind {
+    let deflection = Parameter {
+        required: false,
+        ..length(
+            "deflection",
+            "largest distance of the triangles from the surfaces of a STEP file; default 0.1 mm; other files have \
+             triangles already",
+        )
+    };
+    let open = flag(
         "open",
         "true: the surface is a sheet, solid on both sides, and may have borders; default false: it is closed about a \
          body",
-    )];
+    );
     ShapeKind {
         name: "mesh".into(),
-        doc: "a surface of triangles out of a file: STL, OBJ, PLY, glTF or GLB; taken where `mesh` is given".into(),
-        parameters,
-        build: Box::new(|spec, parameters| {
+        doc: "a surface of triangles out of a file: STL, OBJ, PLY, glTF, GLB or STEP; taken where `mesh` is given"
+            .into(),
+        parameters: vec![open, deflection],
+        build: Box::new(move |spec, parameters| {
             let Some(file) = &spec.file else {
                 let help = "add `mesh`: a file, from the folder of the scenario, such as mesh = \"panel.stl\"";
                 return Err(BuildError::new("it is a mesh, and has no `mesh`", help).at("shape"));
             };
-            let surface = read(file)?;
-            Ok(Box::new(Mesh::new(&surface, parameters.flag("open").unwrap_or(false))?))
+            let (surface, notes) = read::read_or_step(file, parameters.number("deflection"), step.as_ref())?;
+            let mut mesh = Mesh::new(&surface, parameters.flag("open").unwrap_or(false))?;
+            mesh.topology.notes.extend(notes);
+            Ok(Box::new(mesh))
         }),
     }
 }

@@ -327,7 +327,7 @@ fn damaged_files_do_no_harm() {
 
 #[test]
 fn faults_of_files_name_them() {
-    let kind: ShapeKind = kind();
+    let kind: ShapeKind = kind(None);
     let refused = |name: &str, bytes: &[u8]| {
         let file = ShapeFile { name: name.into(), bytes: bytes.into(), scale: 1.0 };
         let spec = wireloom_core::obstacle::ShapeSpec { file: Some(file) };

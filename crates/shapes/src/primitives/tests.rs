@@ -3,7 +3,7 @@ use wireloom_core::{Parameters, Registry, Value, Vector};
 
 fn registry() -> Registry {
     let mut registry = Registry::default();
-    crate::register(&mut registry);
+    crate::register(&mut registry, None);
     registry
 }
 

@@ -3,7 +3,7 @@
 use super::monte_carlo::{MonteCarlo, monte_carlo};
 use super::{Case, cable, hung, stroke};
 use wireloom_core::registry::Parameters;
-use wireloom_core::{Minimiser, Problem, Stop, Vector};
+use wireloom_core::{Minimiser, Monitor, Problem, Stop, Vector};
 use wireloom_gpu::{DeviceInfo, SharedDevice};
 use wireloom_solve::minimisers::newton::Newton;
 
@@ -38,13 +38,14 @@ impl OnDevice {
 pub fn on_device(wish: Option<&str>, points: usize) -> Result<OnDevice, String> {
     let devices = SharedDevice::for_single_runs(wish);
     let device = devices.get().map_err(|error| format!("{error}\n{}", error.help()))?.info.clone();
-    let registry = crate::registry_on(devices.clone());
+    let registry = crate::registry_on(devices.clone(), &Monitor::default());
     let build = &registry.minimiser("gpu").expect("a built-in kind").build;
     let mut gpu = build(&(), &Parameters::default()).map_err(|error| format!("{error}\n{}", error.help))?;
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
     let drags = [(1_000, 4), (10_000, 1)].map(|(segments, strokes)| drag(gpu.as_mut(), &alone, segments, strokes));
     let many = devices.for_batches();
-    let batch = monte_carlo(points, Some("gpu"), Some(many.batch()), &crate::registry_on(many.clone()));
+    let batch =
+        monte_carlo(points, Some("gpu"), Some(many.batch()), &crate::registry_on(many.clone(), &Monitor::default()));
     let one_core = alone.install(|| monte_carlo(points.div_ceil(100), None, None, &registry));
     Ok(OnDevice { device, drags: drags.into(), batch, one_core })
 }

@@ -11,7 +11,11 @@ pub(crate) const OBSTACLE: Keys = Keys {
     keys: &[
         NAME,
         may("shape", Form::Kind(Family::Shape, Some("mesh")), "its shape; default \"mesh\""),
-        may("mesh", Form::Name, "a file with its surface, from the folder of the scenario: STL, OBJ, PLY, glTF or GLB"),
+        may(
+            "mesh",
+            Form::Name,
+            "a file with its surface, from the folder of the scenario: STL, OBJ, PLY, glTF, GLB or STEP",
+        ),
         with(
             "mesh",
             "scale",
