@@ -325,3 +325,17 @@ def test_what_changed_after_the_recompute_is_not_exported(y: Y, tmp_path: Path) 
     y.section.Diameter = 6
     with pytest.raises(Fault, match="as the document is now"):
         exporting.step(y.harness, str(tmp_path / "old.step"))
+
+
+def test_a_part_of_no_harness_does_not_look_as_if_it_held_the_cable(y: Y) -> None:
+    loose = objects.make(y.document, "Connector", "loose")
+    loose.Branch, loose.End = y.left, "to"
+    y.document.recompute()
+    good(y.harness)
+    assert "belongs to no harness" in loose.Fault and "Invalid" in loose.State
+    y.harness.Parts = [part for part in y.harness.Parts if part != y.b] + [loose]
+    loose.Placement = y.b.Placement
+    y.document.recompute()
+    good(y.harness)
+    assert loose.Fault == "" and "Invalid" not in loose.State
+    assert "Invalid" in y.b.State

@@ -173,6 +173,10 @@ class Proxy:
         """Puts the object in error if the harness has found a fault of it."""
         if obj.Fault:
             raise ValueError(obj.Fault)
+        if not any(kind_of(user) == "Harness" and obj in user.Parts for user in obj.InList):
+            # A copy, for instance: it would look as if it held the cable.
+            obj.Fault = "it belongs to no harness, so it does nothing: add it to the `Parts` of one, or delete it"
+            raise ValueError(obj.Fault)
         if self.kind == "Branch":
             self._draw(obj)
         elif self.kind in ("Connector", "Clip"):
