@@ -16,6 +16,7 @@ for folder in ("/usr/lib/freecad-python3/lib", "/usr/lib/freecad/lib", "/usr/sha
     sys.path.append(folder)
 
 import FreeCAD  # noqa: E402
+
 from wireloom_freecad import objects  # noqa: E402
 
 SCENARIOS = HERE.parents[2] / "scenarios"

@@ -9,6 +9,7 @@ import Part
 import pytest
 from conftest import Y, good
 from walk import line
+
 from wireloom_freecad import chosen, objects, paths
 from wireloom_freecad.chosen import Chosen
 

@@ -9,6 +9,7 @@ import FreeCAD
 import pytest
 import wireloom
 from conftest import Y, good
+
 from wireloom_freecad import drag, objects
 from wireloom_freecad.faults import Fault
 
@@ -95,6 +96,21 @@ def test_what_cannot_be_reached_is_told(y: Y) -> None:
     hand = drag.Drag(y.harness)
     y.c.Placement.Base = Vector(float("nan"), 0, 0)
     assert hand.refused and "`C`" in hand.refused[0]
+    hand.end()
+
+
+def test_a_clip_that_loses_its_face_is_told(y: Y) -> None:
+    box = y.document.addObject("Part::Box", "Plate")
+    box.Length, box.Width, box.Height = 100, 60, 5
+    box.Placement.Base = Vector(100, -30, -20)
+    y.document.recompute()
+    top = next(f"Face{k}" for k, face in enumerate(box.Shape.Faces, 1) if face.normalAt(0, 0).z > 0.9)
+    clip = objects.add_clip(y.harness, "clip", y.trunk, (box, top), Vector(150, 0, -15), Height=11)
+    y.document.recompute()
+    hand = drag.Drag(y.harness)
+    clip.U = 5000
+    box.Placement.Base = Vector(100, -30, -19)
+    assert hand.refused and "place it anew" in hand.refused[0]
     hand.end()
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import FreeCAD
 import Part
 import pytest
 from conftest import Y, good, not_good
+
 from wireloom_freecad import exporting, objects
 from wireloom_freecad.faults import Fault
 
@@ -136,6 +138,15 @@ def no_section(y: Y) -> Any:
     return y.trunk
 
 
+def wrong_section(y: Y) -> Any:
+    y.trunk.Section = plate(y)
+    return y.trunk
+
+
+def wrong_begin(y: Y) -> Any:
+    return objects.add(y.harness, "Step", "begin", Begins=[y.trunk])
+
+
 def unknown_quantity(y: Y) -> Any:
     return objects.add(y.harness, "Requirement", "limit", Quantity="bend_radios", Of=[y.left], Min="30 mm")
 
@@ -190,6 +201,8 @@ CASES: list[tuple[Callable[[Y], Any], str]] = [
     (branch_is_gone, "set `Branch`"),
     (wrong_unit, "N m²"),
     (no_section, "set `Section`"),
+    (wrong_section, "is no section"),
+    (wrong_begin, "choose connectors and clips"),
     (unknown_quantity, "bend_radius"),
     (unknown_kind, "connector"),
     (no_toml, "is no TOML"),
@@ -302,3 +315,27 @@ def test_a_step_that_is_not_there_cannot_be_shown(y: Y) -> None:
     y.harness.ShownStep = 0
     y.document.recompute()
     good(y.harness)
+
+
+def test_what_changed_after_the_recompute_is_not_exported(y: Y, tmp_path: Path) -> None:
+    objects.add(y.harness, "Requirement", "wide bends", Quantity="bend_radius", Of=[y.left], Min="5 m")
+    y.document.recompute()
+    assert y.harness.Verdict == "fail"
+    exporting.step(y.harness, str(tmp_path / "failing.step"))
+    y.section.Diameter = 6
+    with pytest.raises(Fault, match="as the document is now"):
+        exporting.step(y.harness, str(tmp_path / "old.step"))
+
+
+def test_a_part_of_no_harness_does_not_look_as_if_it_held_the_cable(y: Y) -> None:
+    loose = objects.make(y.document, "Connector", "loose")
+    loose.Branch, loose.End = y.left, "to"
+    y.document.recompute()
+    good(y.harness)
+    assert "belongs to no harness" in loose.Fault and "Invalid" in loose.State
+    y.harness.Parts = [part for part in y.harness.Parts if part != y.b] + [loose]
+    loose.Placement = y.b.Placement
+    y.document.recompute()
+    good(y.harness)
+    assert loose.Fault == "" and "Invalid" not in loose.State
+    assert "Invalid" in y.b.State

@@ -12,6 +12,7 @@ import pytest
 import wireloom
 from conftest import HERE, SCENARIOS, Y, good, not_good
 from walk import walk
+
 from wireloom_freecad import exporting, importing, objects
 
 #: Scenarios with all kinds of entries; each is computed from its text, and from its objects.
@@ -87,6 +88,12 @@ def test_a_refused_file_says_why(document: Any, tmp_path: Path) -> None:
         importing.insert(str(bad), document.Name)
     with pytest.raises(ValueError, match="`urdf`, a file beside the scenario"):
         importing.insert(str(SCENARIOS / "mechanisms/robot.toml"), document.Name)
+    scenario = (SCENARIOS / "first.toml").read_text()
+    (tmp_path / "part.glb").write_bytes(b"")
+    bad.write_text(scenario + '\n[[obstacles]]\nname = "part"\nmesh = "part.glb"\n')
+    with pytest.raises(ValueError, match="part"):
+        importing.insert(str(bad), document.Name)
+    assert document.Objects == [], "nothing of what was refused stays"
     with pytest.raises(OSError, match="missing.toml"):
         importing.insert(str(tmp_path / "missing.toml"), document.Name)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from conftest import Y, good, not_good
 from walk import walk
+
 from wireloom_freecad import chosen, motion, objects, paths
 from wireloom_freecad.faults import Fault
 
@@ -30,6 +31,11 @@ def test_a_part_that_moves_takes_its_clip_along(document: Any, tmp_path: Path) -
     scenario = harness.Proxy.built.scenario
     assert scenario["obstacles.bracket.position"] == [0, 0, 0.001]
     assert scenario["obstacles.bracket.mesh"] == mesh, "the same triangles elsewhere"
+    around = next(part for part in harness.Parts if part.Label == "surroundings")
+    around.Deflection = 0.05
+    document.recompute()
+    good(harness)
+    assert harness.Proxy.built.scenario["obstacles.bracket.mesh"] != mesh, "finer triangles"
     bracket.Placement.Base = Vector(0, 0, 15)
     document.recompute()
     not_good(harness)

@@ -8,6 +8,7 @@ from pathlib import Path
 import FreeCAD
 import pytest
 from conftest import HERE
+
 from wireloom_freecad import objects
 
 README = (HERE.parent / "README.md").read_text(encoding="utf-8")

@@ -6,12 +6,15 @@ import math
 from pathlib import Path
 from typing import Any
 
+import FreeCAD
+import Mesh
 import numpy as np
 import Part
 import pytest
 import wireloom
 from conftest import good
 from walk import walk
+
 from wireloom_freecad import exporting, tubes
 
 
@@ -81,8 +84,21 @@ def test_the_sheet_has_a_row_for_every_requirement(document: Any, tmp_path: Path
 
 
 def test_colours_follow_the_bend_radius() -> None:
-    shades = tubes.shades(np.array([np.inf, 0.06, 0.03, 0.01]), 0.03)
-    assert shades == pytest.approx(tubes.COLOURS[[0, 1, 2, 2]])
+    radius = np.array([np.inf, 0.06, 0.03, 0.01, 0.01])
+    shades = tubes.shades(radius, np.array([0.03, 0.03, 0.03, 0.03, np.nan]))
+    assert shades == pytest.approx(np.vstack([tubes.COLOURS[[0, 1, 2, 2]], tubes.PLAIN]))
+
+
+def test_the_coloured_tubes_are_closed(document: Any, tmp_path: Path) -> None:
+    harness, _ = walk(document, tmp_path)
+    document.recompute()
+    mesh = tubes.coloured(harness.Proxy.run.steps[-1])
+    corners = [[FreeCAD.Vector(*mesh.points[k]) for k in triangle] for triangle in mesh.triangles]
+    closed = Mesh.Mesh(corners)
+    assert closed.isSolid() and closed.countComponents() == 3
+    assert len(mesh.colours) == len(mesh.points)
+    # Sixteen corners around hold less than the circle.
+    assert closed.Volume == pytest.approx(harness.Shape.Volume, rel=0.03)
 
 
 @pytest.mark.parametrize(

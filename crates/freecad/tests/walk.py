@@ -9,6 +9,7 @@ from typing import Any
 import FreeCAD
 import Import
 import Part
+
 from wireloom_freecad import objects
 
 Vector = FreeCAD.Vector

@@ -218,8 +218,7 @@ class _Builder:
             for end, given, k in (("from", branch.From, 0), ("to", branch.To, -1)):
                 if not given:
                     self.apart(branch, end, line.points[k])
-        if branch.Section is None:
-            raise Fault(branch, "it has no section: set `Section`")
+        objects.section_of(branch)
         if branch.Length.Value <= 0 and line is None:
             raise Fault(branch, "it has neither a line nor a length: set `Edges` or `Length`")
         more = objects.other(branch)
@@ -380,6 +379,9 @@ class _Builder:
         return [list(part.Placements[k : k + count]) for k in range(0, len(part.Placements), count)]
 
     def stop(self, part: Object, name: str, placements: list[Any], first: bool) -> dict[str, Any]:
+        for own in (*part.Begins, *part.Releases):
+            if objects.kind_of(own) not in ("Connector", "Clip"):
+                raise Fault(part, f"`{own.Label}` neither begins nor is released: choose connectors and clips")
         entry: dict[str, Any] = {"name": name, "increments": part.Increments}
         more = objects.other(part)
         if first:

@@ -92,7 +92,11 @@ class Drag:
     def follow(self, changed: Object) -> None:
         """Moves the harness after a change of an object's placement."""
         for part in self.carried(changed):
-            place = objects.placement(part)
+            try:
+                place = objects.placement(part)
+            except Fault as fault:
+                self.refuse(part, fault)
+                continue
             if not paths.same(place, self.placed[part]):
                 self.move(part, place)
 
@@ -103,6 +107,11 @@ class Drag:
             place = motion.multiply(objects.placement(part))
             if not paths.same(place, self.placed[part]):
                 self.move(part, place)
+
+    def refuse(self, part: Object, error: Exception) -> None:
+        """Tells of a motion that was not carried out."""
+        self.refused.append(f"`{part.Label}`: {error}")
+        FreeCAD.Console.PrintWarning(f"{self.refused[-1]}\n")
 
     def move(self, part: Object, placement: Any) -> wireloom.Step:
         """Moves one part to a placement; the harness follows. The document's own placement is not changed."""
@@ -122,8 +131,7 @@ class Drag:
                 )
                 self.session.move(name, position=keys["position"], **whole)
         except wireloom.RequestError as error:
-            self.refused.append(f"`{part.Label}`: {error}")
-            FreeCAD.Console.PrintWarning(f"{self.refused[-1]}\n")
+            self.refuse(part, error)
         self.step = self.session.state
         # What is shown was computed, but not checked against the requirements.
         self.harness.Status, self.harness.Verdict = "moved by hand: recompute", NOT_COMPUTED[1]

@@ -57,8 +57,9 @@ def report(harness: Object, filename: str) -> None:
 def computed(harness: Object) -> wireloom.Run:
     """The run of a harness."""
     run: wireloom.Run | None = harness.Proxy.run
-    if run is None or ("Touched" in harness.State and "Invalid" not in harness.State):
-        raise Fault(harness, "it is not computed as it is: recompute the document")
+    built = build(harness, folder(harness.Document))
+    if run is None or built.scenario is None or (built.scenario.text,) != harness.Proxy.key:
+        raise Fault(harness, "it is not computed as the document is now: recompute that")
     return run
 
 

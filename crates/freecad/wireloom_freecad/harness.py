@@ -178,11 +178,12 @@ class Observer:
 
     def slotBeforeRecomputeDocument(self, document: Any) -> None:
         """Faults of the last recompute are looked for anew."""
-        for obj in harnesses(document):
-            for part in obj.Parts:
-                if getattr(part, "Fault", ""):
-                    part.Fault = ""
-                    part.touch()
+        used = {part for obj in harnesses(document) for part in obj.Parts}
+        for part in document.Objects:
+            kind = objects.kind_of(part)
+            if kind is not None and (part.Fault or (kind != "Harness" and part not in used)):
+                part.Fault = ""
+                part.touch()
 
     def slotRecomputedDocument(self, document: Any) -> None:
         """A harness that was not computed, because something that it depends on is in error, has no result."""

@@ -92,7 +92,15 @@ def from_scenario(document: Any, scenario: wireloom.Scenario, folder: Path) -> O
     given.pop("schema", None)
     if named := _files(given):
         raise ValueError(f"{scenario.name}: {named}, a file beside the scenario, which a document cannot hold yet")
-    return _Importer(document, given, folder).harness
+    before = {obj.Name for obj in document.Objects}
+    try:
+        return _Importer(document, given, folder).harness
+    except ValueError:
+        # A file is in the document whole, or not at all.
+        for obj in reversed(document.Objects):
+            if obj.Name not in before:
+                document.removeObject(obj.Name)
+        raise
 
 
 def _files(given: dict[str, Any]) -> str:

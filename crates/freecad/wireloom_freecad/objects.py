@@ -173,6 +173,10 @@ class Proxy:
         """Puts the object in error if the harness has found a fault of it."""
         if obj.Fault:
             raise ValueError(obj.Fault)
+        if not any(kind_of(user) == "Harness" and obj in user.Parts for user in obj.InList):
+            # A copy, for instance: it would look as if it held the cable.
+            obj.Fault = "it belongs to no harness, so it does nothing: add it to the `Parts` of one, or delete it"
+            raise ValueError(obj.Fault)
         if self.kind == "Branch":
             self._draw(obj)
         elif self.kind in ("Connector", "Clip"):
@@ -434,13 +438,21 @@ def connector_pose(connector: Object) -> Any:
     return paths.global_placement(connector).multiply(connector.Offset)
 
 
-def radius(branch: Object) -> float:
-    """Radius of a branch, mm."""
+def section_of(branch: Object) -> Object:
+    """The section of a branch."""
     if branch.Section is None:
         raise Fault(branch, "it has no section: set `Section`")
-    diameter = float(branch.Section.Diameter.Value)
+    if kind_of(branch.Section) != "Section":
+        raise Fault(branch, f"`{branch.Section.Label}` is no section: set `Section` to one of the harness")
+    return branch.Section
+
+
+def radius(branch: Object) -> float:
+    """Radius of a branch, mm."""
+    section = section_of(branch)
+    diameter = float(section.Diameter.Value)
     if diameter <= 0:
-        raise Fault(branch.Section, "its diameter is not known: set `Diameter`; clips on faces need it")
+        raise Fault(section, "its diameter is not known: set `Diameter`; clips on faces need it")
     return diameter / 2
 
 

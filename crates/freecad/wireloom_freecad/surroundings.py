@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import Mesh
 import MeshPart
 import Part
 
+from . import paths
 from .faults import Fault, Object
 
 #: Largest angle between neighbouring triangles on a curved face, rad.
@@ -22,6 +24,10 @@ def write(part: Object, solid: Object, folder: Path) -> str:
 
     So a solid that moves keeps its file, and the scenario differs by its pose alone.
     """
+    key = (solid.Document.Name, solid.Name)
+    source = _source(solid)
+    if (known := _written.get(key)) and known.of(source, part.Deflection.Value) and (folder / known.name).exists():
+        return known.name
     mesh = _mesh(part, solid)
     folder.mkdir(parents=True, exist_ok=True)
     points, facets = mesh.Topology
@@ -31,7 +37,36 @@ def write(part: Object, solid: Object, folder: Path) -> str:
         # Written under another name first: a file that is there is whole.
         mesh.write(str(folder / f"part-{name}"), "STL")
         (folder / f"part-{name}").replace(folder / name)
+    if source is not None:
+        _written[key] = _Written(source, part.Deflection.Value, name)
     return name
+
+
+@dataclass(frozen=True)
+class _Written:
+    """A shape whose triangles are in a file."""
+
+    shape: Any
+    deflection: float
+    name: str
+
+    def of(self, shape: Any, deflection: float) -> bool:
+        """Whether these are the triangles of a shape."""
+        if shape is None or self.deflection != deflection:
+            return False
+        return bool(self.shape.isPartner(shape) and paths.same(self.shape.Placement, shape.Placement))
+
+
+#: Files by document and solid: triangles are made anew only for a shape that has changed.
+_written: dict[tuple[str, str], _Written] = {}
+
+
+def _source(solid: Object) -> Any | None:
+    """The shape of a solid in its own axes; `None` for what is no shape, such as a mesh."""
+    if solid.isDerivedFrom("Mesh::Feature"):
+        return None
+    shape = Part.getShape(solid, "", transform=False)
+    return None if shape.isNull() else shape
 
 
 def _mesh(part: Object, solid: Object) -> Any:

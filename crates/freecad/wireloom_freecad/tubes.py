@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass
@@ -130,35 +131,46 @@ class Coloured:
 
 
 def coloured(step: wireloom.Step) -> Coloured:
-    """All branches of an equilibrium, coloured by bend radius."""
-    points, colours, triangles = [], [], []
-    count = 0
-    angles = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
-    for branch in step.branches.values():
-        x, d1, d2 = branch.position * 1000.0, branch.d1, branch.d2
-        n = len(x)
-        radius = branch.diameter * 500.0
-        ring = np.cos(angles)[None, :, None] * d1[:, None, :] + np.sin(angles)[None, :, None] * d2[:, None, :]
-        points += [(x[:, None, :] + radius * ring).reshape(-1, 3), x[[0, -1]]]
-        own = shades(branch.bend_radius, branch.bend_radius_limit)
-        colours += [np.repeat(own, AROUND, axis=0), own[[0, -1]]]
-        a = count + (np.arange(n - 1) * AROUND)[:, None] + np.arange(AROUND)[None, :]
-        b = count + (np.arange(n - 1) * AROUND)[:, None] + np.roll(np.arange(AROUND), -1)[None, :]
-        side = [np.stack([a, b, b + AROUND], -1), np.stack([a, b + AROUND, a + AROUND], -1)]
-        first, last = count + n * AROUND, count + n * AROUND + 1
-        ends = [
-            np.stack([b[0], a[0], np.full(AROUND, first)], -1),
-            np.stack([a[-1] + AROUND, b[-1] + AROUND, np.full(AROUND, last)], -1),
-        ]
-        triangles += [part.reshape(-1, 3) for part in side + ends]
-        count += n * AROUND + 2
-    return Coloured(np.concatenate(points), np.concatenate(colours), np.concatenate(triangles).astype(np.int32))
+    """All branches of an equilibrium, coloured by bend radius: rings around the nodes, then the centres of the ends."""
+    branches = list(step.branches.values())
+    counts = tuple(len(branch) for branch in branches)
+    x = np.concatenate([branch.position for branch in branches]) * 1000.0
+    d1 = np.concatenate([branch.d1 for branch in branches])
+    d2 = np.concatenate([branch.d2 for branch in branches])
+    radius = np.repeat([branch.diameter * 500.0 for branch in branches], counts)[:, None, None]
+    angles = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)[None, :, None]
+    rings = x[:, None, :] + radius * (np.cos(angles) * d1[:, None, :] + np.sin(angles) * d2[:, None, :])
+    limits = np.repeat([branch.bend_radius_limit or np.nan for branch in branches], counts)
+    own = shades(np.concatenate([branch.bend_radius for branch in branches]), limits)
+    last = np.cumsum(counts) - 1
+    ends = np.stack([last - counts + 1, last], 1).reshape(-1)
+    points = np.concatenate([rings.reshape(-1, 3), x[ends]])
+    colours = np.concatenate([np.repeat(own, AROUND, axis=0), own[ends]])
+    return Coloured(points, colours, _triangles(counts))
 
 
-def shades(radius: Array, limit: float | None) -> Array:
-    """Colours of nodes by their bend radius, shape (n, 3)."""
-    if limit is None:
-        return np.tile(PLAIN, (len(radius), 1))
+@functools.lru_cache(maxsize=8)
+def _triangles(counts: tuple[int, ...]) -> npt.NDArray[np.int32]:
+    """Triangles of tubes with so many nodes; they change with the mesh alone."""
+    around = np.arange(AROUND)
+    after = np.roll(around, -1)
+    total = sum(counts) * AROUND
+    triangles = []
+    first = 0
+    for k, count in enumerate(counts):
+        rows = ((first + np.arange(count - 1)) * AROUND)[:, None]
+        a, b = rows + around, rows + after
+        triangles += [np.stack([a, b, b + AROUND], -1), np.stack([a, b + AROUND, a + AROUND], -1)]
+        centres = (np.full(AROUND, total + 2 * k), np.full(AROUND, total + 2 * k + 1))
+        triangles += [np.stack([b[0], a[0], centres[0]], -1)[None]]
+        triangles += [np.stack([a[-1] + AROUND, b[-1] + AROUND, centres[1]], -1)[None]]
+        first += count
+    return np.concatenate([part.reshape(-1, 3) for part in triangles]).astype(np.int32)
+
+
+def shades(radius: Array, limit: Array) -> Array:
+    """Colours of nodes by their bend radius and its limit, which is not a number where there is none; shape (n, 3)."""
     with np.errstate(divide="ignore"):
-        used = np.clip(limit / radius, 0.0, 1.0)
-    return np.stack([np.interp(used, [0.0, 0.5, 1.0], COLOURS[:, k]) for k in range(3)], -1)
+        used = limit / radius
+    colours = np.stack([np.interp(used, [0.0, 0.5, 1.0], COLOURS[:, k]) for k in range(3)], -1)
+    return np.where(np.isnan(limit)[:, None], PLAIN, colours)
