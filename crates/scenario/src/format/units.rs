@@ -248,9 +248,12 @@ pub fn unit_of(quantity: Quantity) -> &'static str {
 /// The quantity that is measured in an SI unit, such as `N m^2`; `1`: a pure number. `None`: there is none, or the unit
 /// is not of the SI.
 pub fn quantity_in(text: &str) -> Option<Quantity> {
-    let (factor, dimension) = unit(text).ok()?;
-    let is_si = (factor - 1.0).abs() < 1e-12;
-    QUANTITIES.into_iter().find(|&quantity| is_si && words(quantity).dimension == dimension)
+    let named = QUANTITIES.into_iter().find(|&quantity| words(quantity).unit == text);
+    named.or_else(|| {
+        let (factor, dimension) = unit(text).ok()?;
+        let is_si = (factor - 1.0).abs() < 1e-12;
+        QUANTITIES.into_iter().find(|&quantity| is_si && words(quantity).dimension == dimension)
+    })
 }
 
 /// Factor to SI and dimension of a unit; the unknown part if it is not a unit.

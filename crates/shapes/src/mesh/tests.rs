@@ -334,7 +334,7 @@ fn faults_of_files_name_them() {
         let fault = (kind.build)(&spec, &wireloom_core::Parameters::default()).err().expect("it is refused");
         (fault.message, fault.key)
     };
-    assert_eq!(refused("panel.step", b"").0, "\"panel.step\" is of no known format");
+    assert_eq!(refused("panel.dwg", b"").0, "\"panel.dwg\" is of no known format");
     let (message, key) = refused("panel.ply", b"plx\n");
     assert!(message.starts_with("\"panel.ply\" cannot be read as PLY: "), "{message}");
     assert_eq!(key.as_deref(), Some("mesh"));
