@@ -141,41 +141,42 @@ const STENCIL: [(f64, f64); 4] = [(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 
 /// Signs of the stencil `(f(h, h) − f(h, −h) − f(−h, h) + f(−h, −h)) / 4 h²`.
 const CROSS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
 
+/// Sum of the displacements of one vector among entries: index of a vector, axis and length.
+fn displacement(entries: &[(usize, usize, f64)], vector: usize) -> Vector {
+    let mut by = Vector::zeros();
+    entries.iter().filter(|(own, ..)| *own == vector).for_each(|&(_, axis, h)| by[axis] += h);
+    by
+}
+
 /// What a constraint sees, displaced: `x` and θ of each station, then `x` of each node of the span.
 struct Displaced<'s, 'a> {
     at: &'s ConstraintView<'a>,
-    by: Vec<Vector>,
     stations: Vec<Pose>,
     span: Vec<Vector>,
 }
 
 impl<'s, 'a> Displaced<'s, 'a> {
     fn new(at: &'s ConstraintView<'a>) -> Self {
-        let by = vec![Vector::zeros(); 2 * at.stations.len() + at.span.len()];
-        Self { at, by, stations: at.stations.to_vec(), span: at.span.to_vec() }
+        Self { at, stations: at.stations.to_vec(), span: at.span.to_vec() }
     }
 
-    /// Calls with entry `axis` of each of these vectors displaced by `h`.
+    /// Calls with these entries displaced.
     fn call<R>(&mut self, entries: &[(usize, usize, f64)], call: impl FnOnce(&ConstraintView<'_>) -> R) -> R {
         let of_stations = 2 * self.stations.len();
-        for &(vector, axis, h) in entries {
-            self.by[vector][axis] += h;
-        }
         for &(vector, ..) in entries {
-            let by = &self.by[vector];
+            let by = displacement(entries, vector);
             if vector >= of_stations {
                 self.span[vector - of_stations] = self.at.span[vector - of_stations] + by;
             } else if vector.is_multiple_of(2) {
                 self.stations[vector / 2].position = self.at.stations[vector / 2].position + by;
             } else {
-                let turn = Rotation::from_scaled_axis(*by);
+                let turn = Rotation::from_scaled_axis(by);
                 self.stations[vector / 2].orientation = self.at.stations[vector / 2].orientation * turn;
             }
         }
         let result = call(&ConstraintView { stations: &self.stations, span: &self.span, ..*self.at });
         self.stations.copy_from_slice(self.at.stations);
         self.span.copy_from_slice(self.at.span);
-        entries.iter().for_each(|&(vector, ..)| self.by[vector] = Vector::zeros());
         result
     }
 }
@@ -191,15 +192,13 @@ impl<'f> Turned<'f> {
         Self { from, frames: from.to_vec() }
     }
 
-    /// Calls with entry `axis` of the rotation vector of each of these frames displaced by `h`.
+    /// Calls with these entries of the frames' rotation vectors displaced.
     fn call<R>(&mut self, entries: &[(usize, usize, f64)], call: impl FnOnce(&[Rotation]) -> R) -> R {
         for &(frame, ..) in entries {
-            let mut by = Vector::zeros();
-            entries.iter().filter(|(other, ..)| *other == frame).for_each(|&(_, axis, h)| by[axis] += h);
-            self.frames[frame] = self.from[frame] * Rotation::from_scaled_axis(by);
+            self.frames[frame] = self.from[frame] * Rotation::from_scaled_axis(displacement(entries, frame));
         }
         let result = call(&self.frames);
-        entries.iter().for_each(|&(frame, ..)| self.frames[frame] = self.from[frame]);
+        self.frames.copy_from_slice(self.from);
         result
     }
 }
@@ -280,6 +279,9 @@ pub fn hessian(at: &ConstraintView<'_>, gradient: &Gradient<'_>, stations: &mut 
     for column in 0..2 * m + k {
         for axis in 0..3 {
             for (place, weight) in STENCIL {
+                // A gradient may add to what is there.
+                x.fill(Vector::zeros());
+                s.fill(Vector::zeros());
                 displaced.call(&[(column, axis, place * STEP)], |at| gradient(at, &mut x, &mut s));
                 // Symmetrise: half to the block, half to its transpose.
                 let half = 0.5 * weight / (12.0 * STEP);
@@ -336,6 +338,7 @@ pub fn add_hessian_of_frames(
     for column in 0..k {
         for axis in 0..3 {
             for (place, weight) in STENCIL {
+                slopes.fill(Vector::zeros());
                 turned.call(&[(column, axis, place * STEP)], |frames| gradient(frames, &mut slopes));
                 let half = 0.5 * weight / (12.0 * STEP);
                 for (row, slope) in slopes.iter().enumerate() {
@@ -416,8 +419,9 @@ mod tests {
             let [a, b] = [&at.stations[0], &at.stations[1]];
             let force = STRETCHING * (a.position - b.position);
             let moments = [turning(&a.orientation, &b.orientation), turning(&b.orientation, &a.orientation)];
-            stations.copy_from_slice(&[force, BENDING * moments[0], -force, BENDING * moments[1]]);
-            span.iter_mut().zip(at.span).for_each(|(to, x)| *to = x * x.norm_squared());
+            let slopes = [force, BENDING * moments[0], -force, BENDING * moments[1]];
+            stations.iter_mut().zip(slopes).for_each(|(to, slope)| *to += slope);
+            span.iter_mut().zip(at.span).for_each(|(to, x)| *to += x * x.norm_squared());
             self.0.then(|| ConstraintEnergy::energy(self, at))
         }
     }
