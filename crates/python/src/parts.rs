@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::collections::BTreeMap;
 use std::panic::{set_hook, take_hook};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use wireloom::Registry;
 use wireloom::geometry::{Pose, Rotation, Vector};
 use wireloom::parts::numeric::NOTE;
@@ -121,15 +121,19 @@ pub enum Given {
 
 impl Given {
     /// The value of a parameter of this form.
-    fn value(&self, form: &Form) -> Option<Value> {
-        match (self, form) {
+    fn value(&self, name: &str, form: &Form) -> Result<Value, Failure> {
+        let value = match (self, form) {
             (Self::Number(x), Form::Number { .. }) => Some(Value::Number(*x)),
-            (Self::Number(x), Form::Count { .. }) => Some(Value::Count(*x as usize)),
+            (Self::Number(x), Form::Count { minimum }) if x.fract() == 0.0 && *x >= *minimum as f64 => {
+                Some(Value::Count(*x as usize))
+            }
             (Self::Flag(flag), Form::Flag) => Some(Value::Flag(*flag)),
             (Self::Word(word), Form::Choice(words)) if words.contains(word) => Some(Value::Word(word.clone())),
             (Self::Vector(x), Form::Vector { .. }) => Some(Value::Vector(Vector::from(*x))),
             _ => None,
-        }
+        };
+        let help = "give one that its declaration allows, a number in SI units".to_owned();
+        value.ok_or_else(|| Failure::Request(format!("that is no value of the parameter {name}"), help))
     }
 }
 
@@ -152,7 +156,7 @@ impl Declared {
             "choice" => Form::Choice(self.words.clone()),
             _ => Form::Number { quantity: quantity()?, minimum, exclusive, maximum },
         };
-        let default = self.default.as_ref().and_then(|given| given.value(&form));
+        let default = self.default.as_ref().map(|given| given.value(&self.name, &form)).transpose()?;
         Ok(Parameter { name: self.name.clone(), doc: self.doc.clone(), form, default, required: self.required })
     }
 }
@@ -492,6 +496,9 @@ impl JointEnergy for OwnJoint {
     }
 }
 
+/// One check at a time: each of them exchanges the panic hook.
+static CHECKING: Mutex<()> = Mutex::new(());
+
 /// Holds a part with these values of its parameters against the contract of its family: what it does not keep, as the
 /// name of the check and words. A constraint is tried with so many stations, and nodes of a span (0: none).
 #[pyfunction]
@@ -504,11 +511,12 @@ pub fn check_part(
 ) -> PyResult<Vec<(String, String)>> {
     interruptible(py, move |_| {
         let declared = part.declared()?;
-        let known =
-            Parameters(declared.iter().filter_map(|one| Some((one.name.clone(), one.default.clone()?))).collect());
-        let given = |one: &Parameter| Some((one.name.clone(), values.get(&one.name)?.value(&one.form)?));
-        let mut values = known;
-        values.0.extend(declared.iter().filter_map(given));
+        let mut set = Parameters::default();
+        for one in &declared {
+            let given = values.get(&one.name).map(|given| given.value(&one.name, &one.form)).transpose()?;
+            set.0.extend(given.or_else(|| one.default.clone()).map(|value| (one.name.clone(), value)));
+        }
+        let values = set;
         let mut broken = Vec::new();
         let mut try_one = |name: &str, check: &mut dyn FnMut()| {
             // Differences are not held against differences.
@@ -520,7 +528,8 @@ pub fn check_part(
             }
         };
         let failed = |error: BuildError| Failure::Part(error.message);
-        // What a check finds is told by its panic; nobody else is to hear of it.
+        // What a check finds is told by its panic; nobody else is to hear of it. The hook is that of the process.
+        let _one = CHECKING.lock().unwrap_or_else(PoisonError::into_inner);
         let hook = take_hook();
         set_hook(Box::new(|_| {}));
         let tried = if part.family == "constraint" {

@@ -235,6 +235,11 @@ def test_what_is_no_part_is_refused() -> None:
         wireloom.loads(wireloom.EXAMPLE, parts=[odd]).check()
     with pytest.raises(TypeError, match="stiffness"):
         parts.check(Tether)
+    with pytest.raises(wireloom.RequestError, match="no value of the parameter stiffness"):
+        parts.check(Tether, stiffness="20 N/m")
+    with pytest.raises(wireloom.RequestError, match="no value of the parameter turns"):
+        half = type("Half", (Tether,), {"turns": parts.Count(default=2.5)}, kind="half")
+        wireloom.loads(wireloom.EXAMPLE, parts=[half]).check()
     with pytest.raises(TypeError, match="no parameter"):
         parts.check(Tether, stiffness=1.0, length=2.0)
     with pytest.raises(wireloom.RequestError, match="plugin"):

@@ -216,7 +216,7 @@ class _Base:
         part = cls.__new__(cls)
         part.name = name
         for key, parameter in cls._parameters().items():
-            vars(part)[key] = parameter._value(values[key]) if key in values else None
+            vars(part)[key] = parameter._value(values[key])
         return part
 
     @classmethod
