@@ -37,9 +37,8 @@ def toml(harness: Object, filename: str) -> None:
         problem = "; ".join(f"`{owner.Label}`: {message}" for owner, message in built.faults)
         raise Fault(harness, f"it has faults: {problem}")
     target = Path(filename).parent
-    for line in built.scenario.text.splitlines():
-        if line.startswith("mesh = "):
-            name = line.split('"')[1]
+    for body in built.scenario["obstacles"] if "obstacles" in built.scenario else []:
+        if name := body.get("mesh"):
             shutil.copyfile(folder(harness.Document) / name, target / name)
     built.scenario.save(filename)
 
