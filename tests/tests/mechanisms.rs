@@ -235,7 +235,7 @@ fn a_urdf_file_is_refused_with_its_line() {
         ("no xml".to_owned(), "r.urdf:1: "),
         ("<sdf/>".to_owned(), "r.urdf:1: <sdf> is not <robot>"),
         (robot(""), "r.urdf:1: there are no joints"),
-        (robot(&joint("planar", "")), "r.urdf:4: joint \"j\" has the type \"planar\""),
+        (robot(&joint("ball", "")), "r.urdf:4: joint \"j\" has the type \"ball\""),
         (robot(&joint("revolute", "<axis xyz=\"0 0\"/>")), "r.urdf:4: xyz=\"0 0\" is not three numbers"),
         (robot(&joint("revolute", "<axis xyz=\"0 0 0\"/>")), "r.urdf:4: the axis is zero"),
         (
@@ -254,6 +254,70 @@ fn a_urdf_file_is_refused_with_its_line() {
     }
     place.file("r.urdf", robot(&joint("revolute", "<axis xyz=\"0 0 2\"/>")));
     assert_eq!(place.run(&["check", "s.toml"]).code, Some(0));
+}
+
+/// A robot that is drawn with its joints bent, one of which another one follows with an offset: its links stand as
+/// those of a chain of turns, and the hand goes on from there.
+#[test]
+fn a_robot_drawn_bent_stands_and_moves_as_its_joints_say() {
+    let joint = |name: &str, links: [&str; 2], inside: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><origin xyz=\"0.2 0 0\"/><axis xyz=\"0 0 1\"/>\
+             <parent link=\"{}\"/><child link=\"{}\"/>{inside}</joint>",
+            links[0], links[1]
+        )
+    };
+    let robot = [
+        "<robot name=\"r\"><link name=\"base\"/><link name=\"arm\"/><link name=\"hand\"><visual><origin \
+         xyz=\"0.1 0 0\"/><geometry><sphere radius=\"0.01\"/></geometry></visual></link>",
+        &joint("elbow", ["arm", "hand"], "<mimic joint=\"turn\" multiplier=\"-2\" offset=\"0.1\"/>"),
+        &joint("turn", ["base", "arm"], "<limit lower=\"-1\" upper=\"1\"/>"),
+        "</robot>",
+    ]
+    .concat();
+    let text = door(
+        "[[constraints]]\nname = \"lock plug\"\nkind = \"connector\"\nat = { end = \"lock\" }\n\
+         position = [0.35, -0.05, 0.02]\ntangent = [0, 1, 0]\nup = [0, 0, 1]\n\
+         [[mechanisms]]\nname = \"robot\"\nurdf = \"pack/urdf/r.urdf\"\nposition = [5, 0, 0]\n\
+         obstacles = \"visual\"\ndrawn = [{ joint = \"turn\", value = \"30 deg\" }]\n\
+         [[steps]]\nname = \"on\"\nincrements = 2\ndrive = [{ joint = \"turn\", to = 0.8 }]\n",
+    );
+    let place = Place::new(&text);
+    place.file("pack/urdf/r.urdf", &robot);
+    let tip = |turn: f64| {
+        let elbow = 0.1 - 2.0 * turn;
+        let along = |length: f64, angle: f64| Vector::new(length * angle.cos(), length * angle.sin(), 0.0);
+        Vector::new(5.2, 0.0, 0.0) + along(0.2, turn) + along(0.1, turn + elbow)
+    };
+    place.run(&["run", "s.toml", "--out", "out"]).says(0, &[]);
+    let result = place.result("out");
+    let [x, y, z] = [0, 1, 2].map(|k| result["steps"][0]["obstacles"]["robot/hand"]["position"][k].as_f64().unwrap());
+    let error = (Vector::new(x, y, z) - tip(0.8)).norm();
+    assert!(error < 1e-12, "{error:e}: {x} {y} {z}");
+    let values = &result["steps"][0]["mechanisms"]["robot"];
+    assert!(values.to_string().contains("0.8"), "{values}");
+    // The other way about: with the mesh beside its package, and what is refused.
+    let mesh = robot.replace("<sphere radius=\"0.01\"/>", "<mesh filename=\"package://pack/m/tip.stl\"/>");
+    for (file, words) in [
+        (mesh.clone(), "cannot read \"pack/m/tip.stl\""),
+        (mesh.replace("package", "model"), "filename=\"model://pack/m/tip.stl\" begins with model://"),
+        (mesh.replace("tip.stl\"", "tip.stl\" scale=\"1 1 2\""), "the scale differs along the axes"),
+        (robot.replace("sphere radius=\"0.01\"", "cone"), "<cone> is not a known shape"),
+        (robot.replace("radius=\"0.01\"", "radius=\"0\""), "radius=\"0\" is not greater than 0"),
+    ] {
+        place.file("pack/urdf/r.urdf", &file);
+        place.run(&["check", "s.toml"]).says(1, &[words]);
+    }
+    place.file("pack/urdf/r.urdf", &robot);
+    for (drawn, words) in [
+        ("joint = \"turn\", value = 1.2", "is drawn at 68.755 deg, and its limits are -57.296 deg and 57.296 deg"),
+        ("joint = \"elbow\", value = 0.1", "joint \"elbow\" follows another one"),
+        ("joint = \"trun\", value = 0.1", "did you mean `turn`?"),
+        ("joint = \"turn\", value = [1, 2]", "gives 2 values"),
+    ] {
+        place.file("s.toml", text.replace("joint = \"turn\", value = \"30 deg\"", drawn));
+        place.run(&["check", "s.toml"]).says(1, &[words]);
+    }
 }
 
 /// A marker on the open door against the derivative of its arc, by the angle and by the hinge's place.

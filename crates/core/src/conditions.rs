@@ -1,7 +1,7 @@
 //! Data of everything that acts on a harness at one moment: targets, memories, multipliers, contact, friction, sliding.
 
 use crate::load::LoadAction;
-use crate::mechanism::Mount;
+use crate::mechanism::{Mechanism, Mount};
 use crate::network::AttachedConstraint;
 use crate::{Matrix, Network, Pose, State, Vector};
 use serde::{Deserialize, Serialize};
@@ -56,7 +56,7 @@ impl Conditions {
             rods: network.branches.iter().map(|b| RodState { memory: b.rod.memory(), dissipated: [0.0; 2] }).collect(),
             sliding: vec![Sliding::Stuck; network.slides.len()],
             contact: ContactState::new(network),
-            mechanisms: network.mechanisms.iter().map(|mechanism| vec![0.0; mechanism.freedoms()]).collect(),
+            mechanisms: network.mechanisms.iter().map(Mechanism::drawn).collect(),
         }
     }
 

@@ -1,10 +1,10 @@
 //! Mechanisms: bodies that joints connect with the ground and with each other, such as a door on its hinge, a bonnet on
 //! four bars, or the arm of a robot.
 //!
-//! A mechanism is given as it is drawn: origins and axes of its joints in world coordinates, with the value 0 of every
-//! freedom. The pose of a body is that of its drawn axes, so the drawn mechanism has the identity for every body. A
-//! joint between bodies a and b with the motion `M(q)`, in drawn coordinates, says `B_b = B_a M(q)`. A spanning tree of
-//! joints gives the poses; every further joint closes a loop ([`closure`]).
+//! A mechanism is given as it is drawn: origins and axes of its joints in world coordinates, and the values of its
+//! freedoms there. The pose of a body is that of its drawn axes, so the drawn mechanism has the identity for every
+//! body. A joint between bodies a and b with the motion `M(q)` from its drawn values to q, in drawn coordinates, says
+//! `B_b = B_a M(q)`. A spanning tree of joints gives the poses; every further joint closes a loop ([`closure`]).
 //!
 //! Nothing here is dynamic, and what is mounted on a body does not load it: the values of driven joints are prescribed,
 //! those of the others in a loop follow from them.
@@ -42,6 +42,10 @@ pub enum JointKind {
     Universal([Unit<Vector>; 2]),
     /// Any rotation about a point: a rotation vector, rad.
     Spherical,
+    /// Translations along two directions that are at right angles, m, and rotation about the normal of both, rad.
+    Planar([Unit<Vector>; 2]),
+    /// Any translation, m, then a rotation vector, rad, both in these axes.
+    Floating(Rotation),
 }
 
 impl JointKind {
@@ -51,13 +55,20 @@ impl JointKind {
             JointKind::Fixed => 0,
             JointKind::Revolute(_) | JointKind::Prismatic(_) | JointKind::Screw(..) => 1,
             JointKind::Cylindrical(_) | JointKind::Universal(_) => 2,
-            JointKind::Spherical => 3,
+            JointKind::Spherical | JointKind::Planar(_) => 3,
+            JointKind::Floating(_) => 6,
         }
     }
 
     /// Whether a freedom is a length (m) and not an angle (rad).
     pub fn is_length(&self, freedom: usize) -> bool {
-        matches!((self, freedom), (JointKind::Prismatic(_), _) | (JointKind::Cylindrical(_), 1))
+        match self {
+            JointKind::Prismatic(_) => true,
+            JointKind::Cylindrical(_) => freedom == 1,
+            JointKind::Planar(_) => freedom < 2,
+            JointKind::Floating(_) => freedom < 3,
+            _ => false,
+        }
     }
 }
 
@@ -72,9 +83,11 @@ pub struct MechanismJoint {
     pub bodies: [usize; 2],
     /// A point of the axis, or the centre, as drawn, m.
     pub origin: Vector,
-    /// Smallest and largest value of its only freedom.
-    pub limits: Option<[f64; 2]>,
-    /// The joint whose value it follows (by index), and the factor. Both have one freedom, and are in no loop.
+    /// Values of its freedoms as drawn, rad and m.
+    pub drawn: Vec<f64>,
+    /// Smallest and largest value of each freedom; infinite where there is none.
+    pub limits: Vec<[f64; 2]>,
+    /// The joint whose changes it follows (by index), and the factor. Both have one freedom, and are in no loop.
     pub follows: Option<(usize, f64)>,
 }
 
@@ -110,21 +123,35 @@ impl Twist {
 }
 
 impl MechanismJoint {
-    /// `M(q)`: motion of the second body relative to the first, in drawn coordinates. The identity at 0, to the bit.
-    fn motion(&self, q: &[f64]) -> Pose {
+    /// `M(q)`: motion of the second body relative to the first, in drawn coordinates. The identity as drawn, to the bit.
+    pub fn motion(&self, q: &[f64]) -> Pose {
         let about = |axis: &Unit<Vector>, angle: f64| self.about_origin(Rotation::from_axis_angle(axis, angle));
-        let along = |axis: &Unit<Vector>, length: f64| Pose { position: **axis * length, ..Pose::identity() };
+        let along = |way: Vector| Pose { position: way, ..Pose::identity() };
+        let d = self.from_drawn(q);
         match &self.kind {
             JointKind::Fixed => Pose::identity(),
-            JointKind::Revolute(axis) => about(axis, q[0]),
-            JointKind::Prismatic(axis) => along(axis, q[0]),
-            JointKind::Cylindrical(axis) => along(axis, q[1]).compose(&about(axis, q[0])),
+            JointKind::Revolute(axis) => about(axis, d[0]),
+            JointKind::Prismatic(axis) => along(**axis * d[0]),
+            JointKind::Cylindrical(axis) => along(**axis * d[1]).compose(&about(axis, d[0])),
             JointKind::Screw(axis, pitch) => {
-                along(axis, pitch * q[0] / std::f64::consts::TAU).compose(&about(axis, q[0]))
+                along(**axis * (pitch * d[0] / std::f64::consts::TAU)).compose(&about(axis, d[0]))
             }
-            JointKind::Universal([first, second]) => about(first, q[0]).compose(&about(second, q[1])),
-            JointKind::Spherical => self.about_origin(Rotation::from_scaled_axis(Vector::new(q[0], q[1], q[2]))),
+            JointKind::Universal([first, second]) => about(first, d[0]).compose(&about(second, d[1])),
+            JointKind::Spherical => self.about_origin(from_to(&vector(&self.drawn), &vector(q))),
+            JointKind::Planar([u, v]) => {
+                let turn = Rotation::from_scaled_axis(u.cross(v) * d[2]);
+                along(**u * d[0] + **v * d[1]).compose(&self.about_origin(turn))
+            }
+            JointKind::Floating(axes) => {
+                let turn = from_to(&(axes * vector(&self.drawn[3..])), &(axes * vector(&q[3..])));
+                along(axes * vector(&d)).compose(&self.about_origin(turn))
+            }
         }
+    }
+
+    /// The values less those as drawn.
+    fn from_drawn(&self, q: &[f64]) -> Vec<f64> {
+        q.iter().zip(&self.drawn).map(|(q, drawn)| q - drawn).collect()
     }
 
     fn about_origin(&self, turn: Rotation) -> Pose {
@@ -139,6 +166,7 @@ impl MechanismJoint {
     fn twists(&self, q: &[f64]) -> Vec<Twist> {
         let turn = |axis: Vector| Twist { turn: axis, point: self.origin, slide: Vector::zeros() };
         let slide = |axis: Vector| Twist { turn: Vector::zeros(), point: self.origin, slide: axis };
+        let d = self.from_drawn(q);
         match &self.kind {
             JointKind::Fixed => Vec::new(),
             JointKind::Revolute(axis) => vec![turn(**axis)],
@@ -148,14 +176,39 @@ impl MechanismJoint {
                 vec![Twist { slide: **axis * (pitch / std::f64::consts::TAU), ..turn(**axis) }]
             }
             JointKind::Universal([first, second]) => {
-                vec![turn(**first), turn(Rotation::from_axis_angle(first, q[0]) * **second)]
+                vec![turn(**first), turn(Rotation::from_axis_angle(first, d[0]) * **second)]
             }
             JointKind::Spherical => {
-                let left = left_jacobian(&Vector::new(q[0], q[1], q[2]));
+                let left = left_jacobian(&vector(q));
                 left.column_iter().map(|column| turn(column.into_owned())).collect()
+            }
+            JointKind::Planar([u, v]) => {
+                let point = self.origin + **u * d[0] + **v * d[1];
+                vec![slide(**u), slide(**v), Twist { point, ..turn(u.cross(v)) }]
+            }
+            JointKind::Floating(axes) => {
+                let point = self.origin + axes * vector(&d);
+                let left = left_jacobian(&vector(&q[3..]));
+                let slides = Matrix::identity().column_iter().map(|axis| slide(axes * axis)).collect::<Vec<_>>();
+                let turns = left.column_iter().map(|axis| Twist { point, ..turn(axes * axis) });
+                slides.into_iter().chain(turns).collect()
             }
         }
     }
+}
+
+/// The first three of some values.
+fn vector(values: &[f64]) -> Vector {
+    Vector::new(values[0], values[1], values[2])
+}
+
+/// Rotation that leads from that of one rotation vector to that of another, rad; the identity if they are equal, to the
+/// bit.
+fn from_to(from: &Vector, to: &Vector) -> Rotation {
+    if from == to {
+        return Rotation::identity();
+    }
+    Rotation::from_scaled_axis(*to) * Rotation::from_scaled_axis(*from).inverse()
 }
 
 /// Derivative of the rotation by a rotation vector φ, as an angular velocity:
@@ -287,6 +340,11 @@ impl Mechanism {
         self.starts[self.joints.len()]
     }
 
+    /// Values of all freedoms as drawn.
+    pub fn drawn(&self) -> Vec<f64> {
+        self.joints.iter().flat_map(|joint| joint.drawn.iter().copied()).collect()
+    }
+
     /// Freedoms of a joint among those of all.
     pub fn freedoms_of(&self, joint: usize) -> std::ops::Range<usize> {
         self.starts[joint]..self.starts[joint + 1]
@@ -321,7 +379,8 @@ impl Mechanism {
         self.way_to(body).into_iter().all(|joint| match &self.joints[joint].kind {
             JointKind::Fixed | JointKind::Prismatic(_) => true,
             JointKind::Revolute(axis) | JointKind::Cylindrical(axis) | JointKind::Screw(axis, _) => along(axis),
-            JointKind::Universal(_) | JointKind::Spherical => false,
+            JointKind::Planar([u, v]) => direction.dot(u).hypot(direction.dot(v)) <= PARALLEL * direction.norm(),
+            JointKind::Universal(_) | JointKind::Spherical | JointKind::Floating(_) => false,
         })
     }
 

@@ -79,7 +79,7 @@ pub fn mechanism_joints(network: &Network) -> Vec<MechanismJoint> {
     let joint = |(mechanism, joint): (&String, &harness::MechanismJoint)| MechanismJoint {
         name: format!("{mechanism}/{}", joint.name),
         is_length: joint.kind.is_length(0),
-        limits: joint.limits,
+        limits: joint.limits.first().copied().filter(|limits| limits.iter().all(|limit| limit.is_finite())),
         can_be_driven: joint.follows.is_none(),
     };
     with_one.map(joint).collect()

@@ -99,11 +99,13 @@ pub enum WayFault {
         /// Distance, m, and angle, rad, that remain at the step's end.
         apart: (f64, f64),
     },
-    /// A joint (by index) passes a limit.
-    #[error("joint {joint} reaches {value} at {fraction} of the step, and its limit is {limit}")]
+    /// A freedom of a joint (by index) passes a limit.
+    #[error("freedom {freedom} of joint {joint} reaches {value} at {fraction} of the step, and its limit is {limit}")]
     Limit {
         /// Index of the joint.
         joint: usize,
+        /// Which of its freedoms.
+        freedom: usize,
         /// Fraction of the step.
         fraction: f64,
         /// Value there.
@@ -230,7 +232,8 @@ impl Mechanism {
         }
         for (k, joint) in self.joints.iter().enumerate() {
             if let Some((of, factor)) = joint.follows {
-                values[self.starts[k]] = factor * values[self.starts[of]];
+                let [drawn, leads] = [k, of].map(|joint| self.joints[joint].drawn[0]);
+                values[self.starts[k]] = drawn + factor * (values[self.starts[of]] - leads);
             }
         }
         values
@@ -362,16 +365,17 @@ impl Mechanism {
     /// The first limit that a joint passes; one that is beyond a limit may come back.
     fn passed_limit(&self, way: &Way) -> Option<WayFault> {
         for pair in way.knots.windows(2) {
-            for (joint, own) in self.joints.iter().enumerate() {
-                let Some([low, high]) = own.limits else { continue };
-                let f = self.starts[joint];
+            for f in 0..self.freedoms() {
+                let joint = self.joint_of(f);
+                let freedom = f - self.starts[joint];
+                let [low, high] = self.joints[joint].limits[freedom];
                 let (before, value) = (pair[0].1[f], pair[1].1[f]);
                 let limit = match () {
                     () if value > high && value > before => high,
                     () if value < low && value < before => low,
                     () => continue,
                 };
-                return Some(WayFault::Limit { joint, fraction: pair[1].0, value, limit });
+                return Some(WayFault::Limit { joint, freedom, fraction: pair[1].0, value, limit });
             }
         }
         None

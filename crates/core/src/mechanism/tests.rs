@@ -5,7 +5,8 @@ use nalgebra::Unit;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn joint(name: &str, kind: JointKind, bodies: [usize; 2], origin: [f64; 3]) -> MechanismJoint {
-    MechanismJoint { name: name.to_owned(), kind, bodies, origin: origin.into(), limits: None, follows: None }
+    let (drawn, limits) = (vec![0.0; kind.freedoms()], vec![[f64::NEG_INFINITY, f64::INFINITY]; kind.freedoms()]);
+    MechanismJoint { name: name.to_owned(), kind, bodies, origin: origin.into(), drawn, limits, follows: None }
 }
 
 fn about_z() -> JointKind {
@@ -219,11 +220,35 @@ fn two_driven_joints_of_one_loop_that_disagree_are_refused() {
 #[test]
 fn a_joint_stops_at_its_limit_and_may_come_back_from_beyond() {
     let mut hinge = joint("hinge", about_z(), [0, 1], [0.0; 3]);
-    hinge.limits = Some([0.1, 1.0]);
+    hinge.limits = vec![[0.1, 1.0]];
     let hinge = mechanism(2, vec![hinge]);
     assert!(hinge.way(&[0.0], &[to(0, 0.05)]).is_ok(), "towards its limits");
     assert!(matches!(hinge.way(&[0.0], &[to(0, 1.5)]), Err(WayFault::Limit { limit: 1.0, .. })));
     assert!(matches!(hinge.way(&[0.0], &[to(0, -0.1)]), Err(WayFault::Limit { limit: 0.1, .. })));
+    let mut slide = joint("slide", JointKind::Cylindrical(Vector::z_axis()), [0, 1], [0.0; 3]);
+    slide.limits[1] = [0.0, 0.02];
+    let slide = mechanism(2, vec![slide]);
+    assert!(slide.way(&[0.0; 2], &[to(0, 9.0), to(1, 0.02)]).is_ok(), "its turn has no limit");
+    let passed = slide.way(&[0.0; 2], &[to(0, 9.0), to(1, 0.03)]);
+    assert!(matches!(passed, Err(WayFault::Limit { joint: 0, freedom: 1, limit: 0.02, .. })), "{passed:?}");
+}
+
+/// Values count from those as drawn, and a joint that follows takes the changes of the other one.
+#[test]
+fn a_mechanism_drawn_half_open_is_where_it_is_drawn() {
+    let mut leader = joint("leader", about_z(), [0, 1], [0.1, 0.0, 0.0]);
+    leader.drawn = vec![0.5];
+    let mut follower = joint("follower", about_z(), [1, 2], [0.3, 0.0, 0.0]);
+    (follower.drawn, follower.follows) = (vec![-0.2], Some((0, -1.0)));
+    let both = mechanism(3, vec![leader, follower]);
+    assert_eq!(both.drawn(), [0.5, -0.2]);
+    assert!(both.poses(&both.drawn()).iter().all(|pose| *pose == crate::Pose::identity()));
+    let way = both.way(&both.drawn(), &[to(0, 0.9)]).unwrap();
+    assert!((way.end()[1] + 0.6).abs() < 1e-15);
+    let axis = Vector::z_axis();
+    let [first, second] = [0.4, -0.4].map(|turn| Rotation::from_axis_angle(&axis, turn));
+    let poses = both.poses(way.end());
+    assert!(poses[1].orientation.angle_to(&first) < 1e-15 && poses[2].orientation.angle_to(&(first * second)) < 1e-15);
 }
 
 #[test]
@@ -243,22 +268,25 @@ fn bodies_that_hang_on_nothing_are_refused() {
 #[test]
 fn velocities_of_all_kinds_are_the_derivatives_of_the_poses() {
     let axis = Unit::new_normalize(Vector::new(0.3, -0.5, 0.8));
-    let chain = mechanism(
-        7,
-        vec![
-            joint("r", JointKind::Revolute(axis), [0, 1], [0.1, 0.2, 0.3]),
-            joint("p", JointKind::Prismatic(axis), [1, 2], [0.4, 0.1, 0.0]),
-            joint("c", JointKind::Cylindrical(Vector::y_axis()), [2, 3], [0.5, -0.2, 0.1]),
-            joint("s", JointKind::Screw(axis, 0.02), [3, 4], [0.0, 0.7, 0.2]),
-            joint("u", JointKind::Universal([Vector::x_axis(), axis]), [4, 5], [0.3, 0.3, 0.9]),
-            joint("b", JointKind::Spherical, [5, 6], [0.2, 0.6, 0.1]),
-        ],
-    );
-    assert!(chain.poses(&vec![0.0; chain.freedoms()]).iter().all(|pose| *pose == crate::Pose::identity()));
+    let mut joints = vec![
+        joint("r", JointKind::Revolute(axis), [0, 1], [0.1, 0.2, 0.3]),
+        joint("p", JointKind::Prismatic(axis), [1, 2], [0.4, 0.1, 0.0]),
+        joint("c", JointKind::Cylindrical(Vector::y_axis()), [2, 3], [0.5, -0.2, 0.1]),
+        joint("s", JointKind::Screw(axis, 0.02), [3, 4], [0.0, 0.7, 0.2]),
+        joint("u", JointKind::Universal([Vector::x_axis(), axis]), [4, 5], [0.3, 0.3, 0.9]),
+        joint("b", JointKind::Spherical, [5, 6], [0.2, 0.6, 0.1]),
+        joint("f", JointKind::Planar([Vector::x_axis(), Vector::z_axis()]), [6, 7], [-0.2, 0.1, 0.4]),
+        joint("m", JointKind::Floating(Rotation::from_euler_angles(0.3, 1.2, -0.7)), [7, 8], [0.6, 0.2, -0.3]),
+    ];
+    for (k, joint) in joints.iter_mut().enumerate() {
+        joint.drawn.iter_mut().enumerate().for_each(|(f, drawn)| *drawn = 0.2 - 0.11 * k as f64 + 0.3 * f as f64);
+    }
+    let chain = mechanism(9, joints);
+    assert!(chain.poses(&chain.drawn()).iter().all(|pose| *pose == crate::Pose::identity()));
     let values: Vec<f64> = (0..chain.freedoms()).map(|k| 0.3 + 0.17 * k as f64 - 0.02 * (k * k) as f64).collect();
     let twists = chain.twists(&values, &chain.poses(&values));
     let drawn = Vector::new(0.7, -0.4, 0.2);
-    let at = |values: &[f64]| chain.poses(values)[6];
+    let at = |values: &[f64]| chain.poses(values)[8];
     let step = 1e-5;
     for f in 0..chain.freedoms() {
         let moved = |by: f64| {

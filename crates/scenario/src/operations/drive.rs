@@ -139,10 +139,15 @@ fn refuse_jump(step: &Entry<'_>, mechanism: &Mechanism, drive: &DrivenJoint, now
         let (begins, is) = (d.at(now[d.freedom], 0.0), now[d.freedom]);
         if (begins - is).abs() > SAME * is.abs().max(1.0) {
             let joint = mechanism.joint_of(d.freedom);
-            let [begins, is] = [begins, is].map(|value| shown(&mechanism.joints[joint].kind, value));
+            let freedom = d.freedom - mechanism.freedoms_of(joint).start;
+            let [begins, is] = [begins, is].map(|value| shown(&mechanism.joints[joint].kind, freedom, value));
             let name = &mechanism.joints[joint].name;
             let message = format!("the table of joint \"{name}\" begins at {begins}, and the joint stands at {is}");
-            step.reader.fault(drive.span.clone(), message, "begin it where the step before ends; 0 is as drawn");
+            step.reader.fault(
+                drive.span.clone(),
+                message,
+                "begin it where the step before ends, the first one as drawn",
+            );
         }
     }
 }
@@ -150,12 +155,12 @@ fn refuse_jump(step: &Entry<'_>, mechanism: &Mechanism, drive: &DrivenJoint, now
 /// What is wrong with a way, and what would be right.
 fn words(mechanism: &Mechanism, driven: &[Driven], now: &[f64], fault: WayFault) -> (String, String) {
     let name = |joint: usize| &mechanism.joints[joint].name;
-    let shown = |joint: usize, value: f64| shown(&mechanism.joints[joint].kind, value);
+    let shown = |joint: usize, freedom: usize, value: f64| shown(&mechanism.joints[joint].kind, freedom, value);
     let at = |fraction: f64| {
         let first = &driven[0];
         let joint = mechanism.joint_of(first.freedom);
         let value = first.at(now[first.freedom], fraction);
-        format!("\"{}\" at {}", name(joint), shown(joint, value))
+        format!("\"{}\" at {}", name(joint), shown(joint, first.freedom - mechanism.freedoms_of(joint).start, value))
     };
     match fault {
         WayFault::Open { joint, fraction, missing } => (
@@ -183,13 +188,13 @@ fn words(mechanism: &Mechanism, driven: &[Driven], now: &[f64], fault: WayFault)
             ),
             "stop before, or drive fewer joints of the loop".to_owned(),
         ),
-        WayFault::Limit { joint, fraction, value, limit } => (
+        WayFault::Limit { joint, freedom, fraction, value, limit } => (
             format!(
                 "joint \"{}\" of mechanism \"{}\" reaches {}, beyond its limit {}, with {}",
                 name(joint),
                 mechanism.name,
-                shown(joint, value),
-                shown(joint, limit),
+                shown(joint, freedom, value),
+                shown(joint, freedom, limit),
                 at(fraction)
             ),
             "stop before, or change its `limits`".to_owned(),

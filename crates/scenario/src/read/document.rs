@@ -59,7 +59,9 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.entries("joints");
     let joints: Vec<Joint> = entries.iter().filter_map(|entry| joints::joint(entry, &mut names)).collect();
     joints::refuse_dangling(&root, &mut names);
-    root.entries("mechanisms").iter().for_each(|entry| mechanisms::mechanism(entry, &mut names));
+    let lengths: f64 = branches.iter().map(|branch| branch.length).sum();
+    let entries = root.entries("mechanisms");
+    let links: Vec<_> = entries.iter().flat_map(|entry| mechanisms::mechanism(entry, lengths, &mut names)).collect();
     let entries = root.entries("constraints");
     let mut constraints: Vec<_> =
         entries.iter().filter_map(|entry| constraint(entry, true, false, &mut names)).collect();
@@ -67,9 +69,9 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let loads: Vec<_> = entries.iter().filter_map(|entry| load(entry, &mut names)).collect();
     let initial = root.entry("initial").and_then(|entry| initial(&entry, &mut names));
     let minimiser = minimiser(&root, &mut names);
-    let lengths: f64 = branches.iter().map(|branch| branch.length).sum();
     let entries = root.entries("obstacles");
-    let obstacles = entries.iter().filter_map(|entry| obstacles::obstacle(entry, lengths, &mut names)).collect();
+    let own = entries.iter().filter_map(|entry| obstacles::obstacle(entry, lengths, &mut names));
+    let obstacles = links.into_iter().chain(own).collect();
     let contact = root.entry("contact").map_or_else(ContactSettings::default, |entry| obstacles::contact(&entry));
     let step_entries = root.entries("steps");
     let steps = steps(&step_entries, (pull, spin), &mut constraints, &mut names);

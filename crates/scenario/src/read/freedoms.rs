@@ -8,7 +8,7 @@ pub(crate) fn quantity(kind: &JointKind, freedom: usize) -> Quantity {
     if kind.is_length(freedom) { Quantity::Length } else { Quantity::Angle }
 }
 
-/// A value of a joint with one freedom in words.
-pub(crate) fn shown(kind: &JointKind, value: f64) -> String {
-    if kind.is_length(0) { format!("{:.3} mm", 1e3 * value) } else { format!("{:.3} deg", value.to_degrees()) }
+/// A value of a freedom of a joint in words.
+pub(crate) fn shown(kind: &JointKind, freedom: usize, value: f64) -> String {
+    if kind.is_length(freedom) { format!("{:.3} mm", 1e3 * value) } else { format!("{:.3} deg", value.to_degrees()) }
 }

@@ -4,32 +4,52 @@ mod urdf;
 
 use super::entry::Entry;
 use super::freedoms::{quantity, shown};
+use super::kinds::Chosen;
 use super::names::{Names, register};
+use super::obstacles::{Placed, body};
 use super::places::facing;
+use super::reader::Node;
+use crate::fault::did_you_mean;
 use crate::format::limits::ANY;
-use crate::scenario::Facing;
+use crate::scenario::{Body, Facing};
 use crate::span::Span;
+use nalgebra::Unit;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use toml::de::DeValue;
+use urdf::{LinkForm, LinkShape};
+use wildmatch::WildMatch;
 use wireloom_core::mechanism::{JointKind, Mechanism, MechanismFault, MechanismJoint, Mount};
-use wireloom_core::{Pose, Rotation, Vector};
+use wireloom_core::obstacle::ShapeFile;
+use wireloom_core::{Parameters, Pose, Rotation, Value, Vector};
 
 /// Name of the body that does not move.
 const GROUND: &str = "ground";
+/// Sine of the angle below which directions are parallel.
+const PARALLEL: f64 = 1e-3;
+/// Limits of a freedom that has none.
+const UNLIMITED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// Bodies and joints, with the place of each joint in the scenario.
 struct Parts {
     bodies: Vec<String>,
     joints: Vec<MechanismJoint>,
     spans: Vec<Span>,
+    shapes: Vec<LinkShape>,
 }
 
-/// A mechanism; its bodies and joints get their names. Nothing if it is faulty.
-pub(crate) fn mechanism<'a>(entry: &Entry<'a>, names: &mut Names<'a>) {
+/// A mechanism; its bodies and joints get their names. Nothing if it is faulty. Returns the shapes of its links that are
+/// obstacles; `lengths`: length of all cables together, m.
+pub(crate) fn mechanism<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a>) -> Vec<Body> {
     let before = entry.reader.fault_count();
     let index = names.mechanisms.len();
     let name = entry.word("name").filter(|name| register(entry, "mechanism", &mut names.mechanism_names, name, index));
     let parts = if entry.has("urdf") { from_urdf(entry) } else { from_joints(entry) };
     let sound = entry.reader.fault_count() == before;
-    let (true, Some(name), Some(parts)) = (sound, name, parts) else { return faulty(names) };
+    let (true, Some(name), Some(parts)) = (sound, name, parts) else {
+        faulty(names);
+        return Vec::new();
+    };
     match Mechanism::new(name.to_owned(), parts.bodies.clone(), parts.joints.clone()) {
         Ok(mechanism) => {
             for (body, own) in mechanism.bodies.iter().enumerate().skip(1) {
@@ -39,12 +59,62 @@ pub(crate) fn mechanism<'a>(entry: &Entry<'a>, names: &mut Names<'a>) {
                 names.mechanism_joints.add(name, &own.name, (index, joint));
             }
             names.mechanisms.push(mechanism);
+            link_shapes(entry, name, parts, lengths, names)
         }
         Err(fault) => {
             faulty(names);
             refuse(entry, &parts, &fault);
+            Vec::new()
         }
     }
+}
+
+/// The shapes of the links as obstacles that are mounted on them.
+fn link_shapes<'a>(entry: &Entry<'a>, mechanism: &str, parts: Parts, lengths: f64, names: &mut Names<'a>) -> Vec<Body> {
+    let Parts { bodies, shapes, .. } = parts;
+    let patterns = entry.names("without");
+    for (pattern, span) in &patterns {
+        if !bodies.iter().any(|body| WildMatch::new(pattern).matches(body)) {
+            let help = format!("there are {}", bodies.join(", "));
+            entry.reader.fault(span.clone(), format!("no link has a name like \"{pattern}\""), help);
+            names.broken = true;
+        }
+    }
+    let without = |body: &str| patterns.iter().any(|(pattern, _)| WildMatch::new(pattern).matches(body));
+    let (path, open) = (entry.word("urdf").unwrap_or_default(), entry.flag("open").unwrap_or(false));
+    let mut found = Vec::new();
+    for shape in shapes.into_iter().filter(|shape| !without(&bodies[shape.link])) {
+        let link = &bodies[shape.link];
+        let first = format!("{mechanism}/{link}");
+        let mut all = std::iter::once(first.clone()).chain((2..).map(|count: usize| format!("{first} {count}")));
+        let name = all.find(|name| !names.obstacles.contains_key(name.as_str())).unwrap_or(first);
+        let (kind, parameters, file) = match shape.form {
+            LinkForm::Solid { kind, parameters } => (kind, parameters, None),
+            LinkForm::Mesh { path: name, scale } => {
+                let Some(bytes) = entry.reader.bytes(&name, entry.span_of("urdf")) else {
+                    names.broken = true;
+                    continue;
+                };
+                let parameters = Parameters(BTreeMap::from([("open".to_owned(), Value::Flag(open))]));
+                ("mesh", parameters, Some(ShapeFile { name, bytes, scale }))
+            }
+        };
+        let index = names.obstacles.len();
+        names.obstacles.insert(name.clone().into(), index);
+        let mount = Mount { mechanism: names.mechanisms.len() - 1, body: shape.link };
+        names.mounted_obstacles.insert(index);
+        let label = format!("{path}:{}: link \"{link}\"", shape.row);
+        let placed = Placed { name, label: label.clone(), pose: shape.pose, mount: Some(mount) };
+        let chosen = Chosen { name: kind.to_owned(), kind: kind.to_owned(), parameters };
+        match body(entry, chosen, file, placed, lengths) {
+            Ok(body) => found.push(body),
+            Err(error) => {
+                entry.reader.fault(entry.span_of("urdf"), format!("{label}: {}", error.message), error.help);
+                names.broken = true;
+            }
+        }
+    }
+    found
 }
 
 fn faulty(names: &mut Names<'_>) {
@@ -87,7 +157,8 @@ fn from_joints(entry: &Entry<'_>) -> Option<Parts> {
     if entry.has("joints") && entries.is_empty() {
         entry.fault_at("joints", format!("{} has no joints", entry.label), "give at least one [[mechanisms.joints]]");
     }
-    let mut parts = Parts { bodies: vec![GROUND.to_owned()], joints: Vec::new(), spans: Vec::new() };
+    let mut parts =
+        Parts { bodies: vec![GROUND.to_owned()], joints: Vec::new(), spans: Vec::new(), shapes: Vec::new() };
     let mut whole = true;
     for entry in &entries {
         let own = joint(entry, &mut parts.bodies);
@@ -121,8 +192,13 @@ fn joint(entry: &Entry<'_>, bodies: &mut Vec<String>) -> Option<MechanismJoint> 
     let origin = entry.vector("origin").unwrap_or_default();
     let kind = kind(entry, word?)?;
     let limits = limits(entry, &kind);
+    let drawn = if entry.has("drawn") { values(entry, "drawn", &kind)? } else { vec![0.0; kind.freedoms()] };
+    let limits = limits?;
+    if entry.has("drawn") {
+        refuse_beyond(entry, "drawn", &kind, &drawn, &limits);
+    }
     let [a, b] = ends[..] else { return None };
-    Some(MechanismJoint { name: name?.to_owned(), kind, bodies: [a, b], origin, limits, follows: None })
+    Some(MechanismJoint { name: name?.to_owned(), kind, bodies: [a, b], origin, drawn, limits, follows: None })
 }
 
 /// The kind of a joint, with its axes; refuses those that it lacks, and those that it does not have.
@@ -130,7 +206,7 @@ fn kind(entry: &Entry<'_>, word: &str) -> Option<JointKind> {
     let needs: &[&str] = match word {
         "revolute" | "prismatic" | "cylindrical" => &["axis"],
         "screw" => &["axis", "pitch"],
-        "universal" => &["axis", "second_axis"],
+        "universal" | "planar" => &["axis", "second_axis"],
         _ => &[],
     };
     for key in ["axis", "second_axis", "pitch"] {
@@ -150,29 +226,69 @@ fn kind(entry: &Entry<'_>, word: &str) -> Option<JointKind> {
         "screw" => JointKind::Screw(axis?, pitch?),
         "universal" => JointKind::Universal([axis?, second?]),
         "spherical" => JointKind::Spherical,
+        "planar" => {
+            let (normal, second) = (axis?, second?);
+            let Some(first) = Unit::try_new(second.into_inner() - normal.scale(normal.dot(&second)), PARALLEL) else {
+                let message = format!("both axes of {} are parallel", entry.label);
+                entry.fault_at("second_axis", message, "give a direction across the normal `axis`");
+                return None;
+            };
+            JointKind::Planar([first, Unit::new_normalize(normal.cross(&first))])
+        }
+        "floating" => JointKind::Floating(Rotation::identity()),
         _ => JointKind::Fixed,
     })
 }
 
-fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<[f64; 2]> {
+/// Limits of every freedom.
+fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<Vec<[f64; 2]>> {
+    let freedoms = kind.freedoms();
     if !entry.has("limits") {
+        return Some(vec![UNLIMITED; freedoms]);
+    }
+    let given = entry.values("limits");
+    if freedoms == 1 {
+        return Some(vec![pair(entry, given, kind, 0)?]);
+    }
+    let lists: Vec<&[Node<'_>]> = given
+        .iter()
+        .filter_map(|node| if let DeValue::Array(list) = node.get_ref() { Some(list.as_ref()) } else { None })
+        .collect();
+    if freedoms == 0 || lists.len() != freedoms || lists.len() != given.len() {
+        let message = format!("`limits` of {} are not those of {freedoms} freedoms", entry.label);
+        let help = "give a list with a smallest and a largest value for each freedom, such as [[\"-90 deg\", \"90 deg\"], \
+                    [\"0 mm\", \"50 mm\"]], with [] where there are none";
+        entry.fault_at("limits", message, if freedoms == 0 { "leave them out" } else { help });
         return None;
     }
-    let values = entry.values("limits");
-    if kind.freedoms() != 1 {
-        let message = format!("{} has `limits` and {} freedoms", entry.label, kind.freedoms());
-        entry.fault_at("limits", message, "limits are those of a joint with one freedom: leave them out");
-        return None;
+    let of = |(freedom, list): (usize, &&[Node<'_>])| {
+        if list.is_empty() { Some(UNLIMITED) } else { pair(entry, list, kind, freedom) }
+    };
+    lists.iter().enumerate().map(of).collect()
+}
+
+/// Refuses values as drawn that are beyond the limits of their joint.
+fn refuse_beyond(entry: &Entry<'_>, key: &str, kind: &JointKind, drawn: &[f64], limits: &[[f64; 2]]) {
+    for (freedom, (value, [low, high])) in drawn.iter().zip(limits).enumerate() {
+        if !(low..=high).contains(&value) {
+            let [value, low, high] = [value, low, high].map(|value| shown(kind, freedom, *value));
+            let message = format!("{} is drawn at {value}, and its limits are {low} and {high}", entry.label);
+            entry.fault_at(key, message, "draw it within its limits");
+        }
     }
-    let [low, high] = values else {
-        let message = format!("{} has {} limits", entry.label, values.len());
+}
+
+/// Smallest and largest value of a freedom.
+fn pair(entry: &Entry<'_>, given: &[Node<'_>], kind: &JointKind, freedom: usize) -> Option<[f64; 2]> {
+    let [low, high] = given else {
+        let message = format!("{} has {} limits", entry.label, given.len());
         entry.fault_at("limits", message, "give the smallest and the largest value, such as [\"0 deg\", \"80 deg\"]");
         return None;
     };
-    let [low, high] = [low, high].map(|node| entry.reader.number("limits", node, quantity(kind, 0), ANY));
+    let [low, high] = [low, high].map(|node| entry.reader.number("limits", node, quantity(kind, freedom), ANY));
     let (low, high) = (low?, high?);
     if low > high {
-        let [low, high] = [low, high].map(|value| shown(kind, value));
+        let [low, high] = [low, high].map(|value| shown(kind, freedom, value));
         let message = format!("the limits of {} are {low} and {high}", entry.label);
         entry.fault_at("limits", message, "give the smaller one first");
         return None;
@@ -199,10 +315,33 @@ fn from_urdf(entry: &Entry<'_>) -> Option<Parts> {
     let path = entry.word("urdf")?;
     let span = entry.span_of("urdf");
     let text = entry.reader.file(path, span.clone())?;
-    match urdf::read(&text, &base) {
-        Ok((bodies, joints)) => {
+    let given = entry.entries("drawn");
+    let used = RefCell::new(BTreeSet::new());
+    let drawn = |joint: &str, kind: &JointKind| {
+        let own = given.iter().enumerate().filter(|(_, own)| own.word("joint") == Some(joint));
+        let all: Vec<_> = own.filter_map(|(k, own)| used.borrow_mut().insert(k).then_some(own)).collect();
+        if let [_, second, ..] = all[..] {
+            second.fault_at("joint", format!("joint \"{joint}\" has two values as drawn"), "give one");
+        }
+        all.first().and_then(|own| values(own, "value", kind))
+    };
+    match urdf::read(&text, path, &base, entry.choice("obstacles"), &drawn) {
+        Ok(urdf::Robot { links, joints, shapes }) => {
+            for (k, own) in given.iter().enumerate() {
+                let Some(name) = own.word("joint") else { continue };
+                match joints.iter().find(|joint| joint.name == name) {
+                    Some(joint) if used.borrow().contains(&k) => {
+                        refuse_beyond(own, "value", &joint.kind, &joint.drawn, &joint.limits);
+                    }
+                    Some(_) => own.fault_at("joint", format!("joint \"{name}\" follows another one"), "leave it out"),
+                    None => {
+                        let help = did_you_mean(name, joints.iter().map(|joint| joint.name.as_str()));
+                        own.fault_at("joint", format!("{path} has no joint \"{name}\""), help);
+                    }
+                }
+            }
             let spans = vec![span; joints.len()];
-            Some(Parts { bodies, joints, spans })
+            Some(Parts { bodies: links, joints, spans, shapes })
         }
         Err(faults) => {
             for fault in faults {

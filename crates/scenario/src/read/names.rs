@@ -4,7 +4,7 @@ use super::entry::Entry;
 use super::fixing_types::Types;
 use crate::fault::did_you_mean;
 use crate::span::Span;
-use std::borrow::Borrow;
+use std::borrow::{Borrow, Cow};
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::mechanism::{Mechanism, Mount};
 
@@ -35,7 +35,7 @@ pub(crate) struct Names<'a> {
     /// Released constraints, whose names may be used again.
     pub let_go: BTreeSet<&'a str>,
     pub loads: BTreeMap<&'a str, usize>,
-    pub obstacles: BTreeMap<&'a str, usize>,
+    pub obstacles: BTreeMap<Cow<'a, str>, usize>,
     /// Obstacles that mechanisms carry.
     pub mounted_obstacles: BTreeSet<usize>,
     pub mechanism_names: BTreeMap<&'a str, usize>,
@@ -54,10 +54,10 @@ pub(crate) struct Names<'a> {
 
 /// Gives a name of the family to an entry; false, with a fault, if it is taken.
 #[must_use]
-pub(crate) fn register<'a>(
+pub(crate) fn register<'a, N: Borrow<str> + Ord + From<&'a str>>(
     entry: &Entry<'a>,
     what: &str,
-    family: &mut BTreeMap<&'a str, usize>,
+    family: &mut BTreeMap<N, usize>,
     name: &'a str,
     index: usize,
 ) -> bool {
@@ -66,7 +66,7 @@ pub(crate) fn register<'a>(
         entry.fault_at("name", message, "give this one a name of its own");
         return false;
     }
-    family.insert(name, index);
+    family.insert(name.into(), index);
     true
 }
 

@@ -1,12 +1,14 @@
 //! Reads obstacles and contact.
 
 use super::entry::Entry;
-use super::kinds;
+use super::kinds::{self, Chosen};
 use super::mechanisms::mount;
 use super::names::{Names, register};
 use super::places::facing;
 use crate::scenario::{Body, Facing};
+use wireloom_core::mechanism::Mount;
 use wireloom_core::obstacle::{ContactSettings, Obstacle, ShapeFile, ShapeSpec};
+use wireloom_core::registry::BuildError;
 use wireloom_core::rotation::{frame_from, orthogonal};
 use wireloom_core::{Pose, Rotation};
 
@@ -45,38 +47,63 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
     let sound = entry.reader.fault_count() == before;
     names.broken |= !sound;
     let (true, Some(chosen), Some(name), Some(orientation)) = (sound, chosen, name, orientation) else { return None };
-    let build = &entry.reader.registry.shape(&chosen.kind)?.build;
-    let shape = match build(&ShapeSpec { file }, &chosen.parameters) {
-        Ok(shape) => shape,
+    let pose = Pose { position, orientation };
+    let placed = Placed { name: name.to_owned(), label: entry.label.clone(), pose, mount };
+    match body(entry, chosen, file, placed, lengths) {
+        Ok(mut body) => {
+            let obstacle = Obstacle { friction, min_clearance, max_contact_force, ..body.obstacle };
+            body.obstacle = obstacle;
+            Some(body)
+        }
         Err(error) => {
             let span =
                 error.key.as_deref().filter(|key| entry.has(key)).map_or(entry.span.clone(), |key| entry.span_of(key));
             entry.reader.fault(span, format!("{}: {}", entry.label, error.message), error.help);
             names.broken = true;
-            return None;
+            None
         }
-    };
-    let mut notes: Vec<String> = shape.notes().iter().map(|note| format!("{}: {note}", entry.label)).collect();
+    }
+}
+
+/// A body's name, what it is called in notes, and where it is.
+pub(super) struct Placed {
+    pub name: String,
+    pub label: String,
+    pub pose: Pose,
+    pub mount: Option<Mount>,
+}
+
+/// A smooth body of a kind without limits; `lengths` as for [`obstacle`].
+pub(super) fn body(
+    entry: &Entry<'_>,
+    chosen: Chosen,
+    file: Option<ShapeFile>,
+    placed: Placed,
+    lengths: f64,
+) -> Result<Body, BuildError> {
+    let Placed { name, label, pose, mount } = placed;
+    let kind = entry.reader.registry.shape(&chosen.kind);
+    let unknown = || BuildError::new(format!("there is no shape \"{}\"", chosen.kind), "register it");
+    let shape = (kind.ok_or_else(unknown)?.build)(&ShapeSpec { file }, &chosen.parameters)?;
+    let mut notes: Vec<String> = shape.notes().iter().map(|note| format!("{label}: {note}")).collect();
     let size = shape.surface(0.0).corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
     if size > LARGE * lengths {
         notes.push(format!(
-            "{}: it reaches {size:.1} m from its origin, and all cables together are {lengths:.1} m long; if its file \
-             is in millimetres, write scale = 0.001",
-            entry.label
+            "{label}: it reaches {size:.1} m from its origin, and all cables together are {lengths:.1} m long; if its \
+             file is in millimetres, write scale = 0.001"
         ));
     }
-    let pose = Pose { position, orientation };
     let obstacle = Obstacle {
-        name: name.to_owned(),
+        name,
         kind: chosen.kind,
         shape: shape.into(),
         pose,
         mount,
-        friction,
-        min_clearance,
-        max_contact_force,
+        friction: 0.0,
+        min_clearance: None,
+        max_contact_force: None,
     };
-    Some(Body { obstacle, notes, spans: entry.spans() })
+    Ok(Body { obstacle, notes, spans: entry.spans() })
 }
 
 /// Settings of contact between cables and with the bodies.

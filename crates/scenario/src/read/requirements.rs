@@ -287,7 +287,8 @@ fn part(entry: &Entry<'_>, known: &Named<'_, '_>) -> Option<(Family, Vec<Part>)>
         Family::Branch => known.branches.iter().map(|branch| branch.name.as_str()).collect(),
         Family::Constraint => known.constraints.iter().map(|constraint| constraint.name.as_str()).collect(),
         Family::Obstacle => {
-            let mut names: Vec<(&str, usize)> = known.names.obstacles.iter().map(|(name, k)| (*name, *k)).collect();
+            let mut names: Vec<(&str, usize)> =
+                known.names.obstacles.iter().map(|(name, k)| (name.as_ref(), *k)).collect();
             names.sort_by_key(|(_, k)| *k);
             names.into_iter().map(|(name, _)| name).collect()
         }

@@ -9,6 +9,7 @@ use crate::scenario::Constraint;
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::Vector;
 use wireloom_core::conditions::RotatingAxes;
+use wireloom_core::mechanism::Mechanism;
 use wireloom_core::steps::Step;
 
 /// What pulls at every mass: gravity, and the acceleration of the car in which the harness is at rest, m/s².
@@ -82,9 +83,9 @@ pub(crate) fn steps<'a>(
     }
     names.constraints = first;
     let mut acting = Acting { active: (0..from_start).collect(), released: BTreeMap::new(), mated: BTreeSet::new() };
-    let mut step_names = BTreeMap::new();
+    let mut step_names: BTreeMap<&str, usize> = BTreeMap::new();
     let mut steps = Vec::new();
-    let mut values: Vec<Vec<f64>> = names.mechanisms.iter().map(|own| vec![0.0; own.freedoms()]).collect();
+    let mut values: Vec<Vec<f64>> = names.mechanisms.iter().map(Mechanism::drawn).collect();
     for (k, (entry, begun)) in entries.iter().zip(begun).enumerate() {
         let name = entry.word("name");
         if let Some(name) = name {

@@ -6,8 +6,11 @@ use crate::format::limits::ANY;
 use wireloom_core::Quantity;
 
 /// Kinds of joints of mechanisms.
-pub(crate) const JOINT_KINDS: [&str; 7] =
-    ["fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "spherical"];
+pub(crate) const JOINT_KINDS: [&str; 9] =
+    ["fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "spherical", "planar", "floating"];
+
+/// Shapes of the links of a URDF file.
+pub(crate) const LINK_SHAPES: [&str; 2] = ["collision", "visual"];
 
 /// A mechanism.
 pub(crate) const MECHANISM: Keys = Keys {
@@ -30,6 +33,34 @@ pub(crate) const MECHANISM: Keys = Keys {
         TANGENT,
         UP,
         ORIENTATION,
+        with(
+            "urdf",
+            "drawn",
+            Form::Tables(&DRAWN),
+            "values of joints with which the file stands as everything is given; default 0",
+        ),
+        with(
+            "urdf",
+            "obstacles",
+            Form::Choice(&LINK_SHAPES),
+            "which shapes of its links are obstacles, mounted on them and named MECHANISM/LINK; default none",
+        ),
+        with(
+            "obstacles",
+            "without",
+            Form::Names,
+            "links whose shapes are left out, such as a gripper that holds a cable; `*` stands for any text",
+        ),
+        with("obstacles", "open", Form::Flag, "true: their meshes are sheets, and may have borders; default false"),
+    ],
+};
+
+/// The value of a joint of a URDF file as drawn.
+const DRAWN: Keys = Keys {
+    what: "value of a joint as drawn",
+    keys: &[
+        must("joint", Form::Name, "a joint of the file"),
+        must("value", Form::QuantityOrList, "its value, or one for each of its freedoms"),
     ],
 };
 
@@ -51,12 +82,19 @@ const MECHANISM_JOINT: Keys = Keys {
             "a point of its axis, or its centre, as drawn; default the origin",
         ),
         may("axis", Form::Direction, "direction of its axis, as drawn"),
-        may("second_axis", Form::Direction, "second axis of a universal joint, as drawn: it turns with the first"),
+        may(
+            "second_axis",
+            Form::Direction,
+            "second axis of a universal joint, as drawn: it turns with the first; of a planar joint, whose `axis` is \
+             the normal of its plane, the direction of its first translation",
+        ),
         may("pitch", Form::Number(Quantity::Length, ANY), "way of a screw along its axis in one turn"),
+        may("drawn", Form::QuantityOrList, "its value as drawn, or one for each of its freedoms; default 0"),
         may(
             "limits",
             Form::Values,
-            "smallest and largest value of a joint with one freedom, such as [\"0 deg\", \"80 deg\"]; 0 as drawn",
+            "its smallest and largest value, such as [\"0 deg\", \"80 deg\"]; for a joint with several freedoms a \
+             list of such pairs, where [] is none",
         ),
     ],
 };
