@@ -12,6 +12,7 @@ use crate::scenario::{Constraint, Facing};
 use toml::Spanned;
 use toml::de::DeValue;
 use wireloom_core::constraint::{Limits, Slide, SpanUse};
+use wireloom_core::identity::Identified;
 use wireloom_core::{HoldWord, Vector};
 
 /// A constraint; `nearest`: whether it may attach to the nearest place of a branch. `None` if it has no name of its
@@ -28,6 +29,9 @@ pub(crate) fn constraint<'a>(
     let name = entry.word("name").filter(|name| begin(entry, name, names));
     // Not every entry has every key of a constraint: a grasp has no position, for example.
     let own = |key: &str| entry.keys.get(key).is_some();
+    if own("part") {
+        names.identify(entry, Identified::Constraint, name);
+    }
     let given = entry.one_or_more("at");
     let places: Vec<_> = given.iter().filter_map(|at| attachment(at, names, nearest)).collect();
     let span = if own("span") { entry.entry("span") } else { None };

@@ -6,6 +6,7 @@
 use super::branches::branch;
 use super::constraints::constraint;
 use super::entry::Entry;
+use super::identities::identities;
 use super::initial::initial;
 use super::library::Library;
 use super::loads::load;
@@ -82,6 +83,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let (entries, mut taken) = (root.entries("markers").into_iter().enumerate(), BTreeMap::new());
     let markers = entries.filter_map(|(k, entry)| marker(&entry, k, &names, &mut taken)).collect();
     let output = root.entry("output").map_or_else(Output::default, |entry| output::read(&entry));
+    let identities = identities(&root, &names);
     let scenario = Scenario {
         name,
         gravity,
@@ -104,6 +106,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         markers,
         sweep,
         optimise,
+        identities,
         output,
     };
     (scenario, !names.broken)
