@@ -3,6 +3,8 @@
 use super::entry::Entry;
 use super::names::{Names, lookup, register};
 use std::collections::BTreeMap;
+use toml::Spanned;
+use toml::de::DeValue;
 use wireloom_core::identity::{Component, Connection, Identities, Identity, WireEnd};
 
 /// The identity that an entry gives.
@@ -25,7 +27,9 @@ pub(crate) fn identities<'a>(root: &Entry<'a>, names: &Names<'a>) -> Identities 
     let mut connectors: BTreeMap<&str, ()> = names.constraints.keys().map(|name| (*name, ())).collect();
     connectors.extend(names.outputs.keys().map(|name| (*name, ())));
     for entry in &components {
-        let Some(name) = entry.word("name") else { continue };
+        // A missing or faulty name is noted where the component is read.
+        let Some(DeValue::String(name)) = entry.table.get("name").map(Spanned::get_ref) else { continue };
+        let name = name.as_ref();
         if connectors.contains_key(name) && !taken.contains_key(name) {
             let message = format!("there is a constraint of the name \"{name}\"");
             entry.fault_at("name", message, "give the component a name of its own, or the constraint its part number");
@@ -42,11 +46,11 @@ pub(crate) fn identities<'a>(root: &Entry<'a>, names: &Names<'a>) -> Identities 
     Identities { parts, components, connections: connections.collect() }
 }
 
-/// Refuses a connector that is neither a constraint nor a component.
-fn find_connector(entry: &Entry<'_>, connectors: &BTreeMap<&str, ()>) {
-    if let Some(name) = entry.word("connector") {
-        lookup(entry, "connector", connectors, name, entry.span_of("connector"));
-    }
+/// The connector that an entry names; refuses one that is neither a constraint nor a component.
+fn connector(entry: &Entry<'_>, connectors: &BTreeMap<&str, ()>) -> Option<String> {
+    let name = entry.word("connector")?;
+    lookup(entry, "connector", connectors, name, entry.span_of("connector"));
+    Some(name.to_owned())
 }
 
 fn component<'a>(
@@ -58,8 +62,9 @@ fn component<'a>(
 ) -> Option<Component> {
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, taken, name, index));
     let word = |key: &str| entry.word(key).map(str::to_owned);
-    find_connector(entry, connectors);
-    if let Some(vertex) = entry.word("vertex") {
+    let connector = connector(entry, connectors);
+    let vertex = entry.word("vertex");
+    if let Some(vertex) = vertex {
         lookup(entry, "vertex", &names.vertices, vertex, entry.span_of("vertex"));
     }
     let (from, to) = (entry.number("from"), entry.number("to"));
@@ -85,10 +90,10 @@ fn component<'a>(
         name: name?.to_owned(),
         kind: word("kind"),
         identity: identity(entry),
-        connector: word("connector"),
+        connector,
         cavity: word("cavity"),
-        vertex: word("vertex"),
-        branch: word("branch"),
+        vertex: vertex.map(str::to_owned),
+        branch: branch.map(str::to_owned),
         from,
         to,
     })
@@ -104,9 +109,13 @@ fn connection<'a>(
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, taken, name, index));
     let word = |key: &str| entry.word(key).map(str::to_owned);
     let end = |entry: &Entry<'_>| {
-        find_connector(entry, connectors);
         let word = |key: &str| entry.word(key).map(str::to_owned);
-        WireEnd { connector: word("connector"), cavity: word("cavity"), terminal: word("terminal"), seal: word("seal") }
+        WireEnd {
+            connector: connector(entry, connectors),
+            cavity: word("cavity"),
+            terminal: word("terminal"),
+            seal: word("seal"),
+        }
     };
     let ends = entry.entries("ends");
     if ends.len() > 2 {

@@ -68,6 +68,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 .and_then(|fixing| child_text(fixing, "Part"))
                 .and_then(|reference| self.ids.get(reference).copied());
             let kind = part.and_then(|part| child_text(part, "Fixing_type")).unwrap_or_default();
+            if !kind.is_empty() {
+                self.used.borrow_mut().extend(part.map(|part| part.id()));
+            }
             fixings.push(Fixing {
                 id: own.to_owned(),
                 of: fixing.and_then(|fixing| fixing.attribute("id")).map(str::to_owned),
