@@ -65,6 +65,8 @@ pub struct Scenario {
     pub optimise: Option<Optimise>,
     /// Part numbers and the like.
     pub identities: Identities,
+    /// Part numbers of constraints that the catalogue does not have.
+    pub unmatched: Vec<String>,
     /// Output besides the result.
     pub output: Output,
 }

@@ -70,6 +70,14 @@ impl Scenario {
                 sections.len()
             )]
         };
+        if !self.unmatched.is_empty() {
+            notes.push(format!(
+                "catalogue: it has no entry for {} part number{} of constraints: {}",
+                self.unmatched.len(),
+                if self.unmatched.len() == 1 { "" } else { "s" },
+                self.unmatched.join(", ")
+            ));
+        }
         notes.extend(self.notes(&models));
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);

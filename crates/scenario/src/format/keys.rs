@@ -53,6 +53,12 @@ pub(crate) const SCENARIO: Keys = Keys {
         COVERINGS,
         FIXING_TYPES,
         may("library", Form::Table(&LIBRARY), "files with further wires, coverings, materials and types of fixings"),
+        may(
+            "catalogue",
+            Form::Name,
+            "a file of types of fixings with their part numbers, from the folder of the scenario; as one of [library] \
+             files. Part numbers of constraints that no type has are noted",
+        ),
         must("branches", Form::Tables(&BRANCH), "the branches of the harness; their ends name the vertices"),
         may("joints", Form::Tables(&JOINT), "joints of branches: one for every vertex of two or more branches"),
         may("constraints", Form::Tables(&CONSTRAINT), "constraints that hold the harness from the beginning"),

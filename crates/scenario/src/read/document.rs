@@ -6,7 +6,6 @@
 use super::branches::branch;
 use super::constraints::constraint;
 use super::entry::Entry;
-use super::identities::identities;
 use super::initial::initial;
 use super::library::Library;
 use super::loads::load;
@@ -18,7 +17,7 @@ use super::reader::Reader;
 use super::requirements::{Named, marker, requirement};
 use super::steps::{Pull, Spin, steps};
 use super::sweep::sweep;
-use super::{joints, mechanisms, obstacles, plugins, sections};
+use super::{identities, joints, mechanisms, obstacles, plugins, sections};
 use crate::format::keys;
 use crate::output::{self, Output};
 use crate::scenario::{Branch, Joint, Scenario};
@@ -83,7 +82,8 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let (entries, mut taken) = (root.entries("markers").into_iter().enumerate(), BTreeMap::new());
     let markers = entries.filter_map(|(k, entry)| marker(&entry, k, &names, &mut taken)).collect();
     let output = root.entry("output").map_or_else(Output::default, |entry| output::read(&entry));
-    let identities = identities(&root, &names);
+    let unmatched = if root.has("catalogue") { identities::unmatched(&names) } else { Vec::new() };
+    let identities = identities::identities(&root, &names);
     let scenario = Scenario {
         name,
         gravity,
@@ -107,6 +107,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         sweep,
         optimise,
         identities,
+        unmatched,
         output,
     };
     (scenario, !names.broken)

@@ -1,11 +1,10 @@
 //! Reads part numbers and the like, components that do not act, and electrical connections.
 
 use super::entry::Entry;
+use super::fixing_types::of_part;
 use super::names::{Names, lookup, register};
-use std::collections::BTreeMap;
-use toml::Spanned;
-use toml::de::DeValue;
-use wireloom_core::identity::{Component, Connection, Identities, Identity, WireEnd};
+use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::identity::{Component, Connection, Identified, Identities, Identity, WireEnd};
 
 /// The identity that an entry gives.
 pub(crate) fn identity(entry: &Entry<'_>) -> Identity {
@@ -18,6 +17,13 @@ pub(crate) fn identity(entry: &Entry<'_>) -> Identity {
     }
 }
 
+/// Part numbers of constraints that no type of fixing has, each once.
+pub(crate) fn unmatched(names: &Names<'_>) -> Vec<String> {
+    let constraints = names.parts.iter().filter(|part| part.of == Identified::Constraint);
+    let numbers: BTreeSet<&String> = constraints.filter_map(|part| part.identity.part.as_ref()).collect();
+    numbers.into_iter().filter(|number| matches!(of_part(&names.types, number), Ok(None))).cloned().collect()
+}
+
 /// All identities of a scenario whose parts have been read.
 pub(crate) fn identities<'a>(root: &Entry<'a>, names: &Names<'a>) -> Identities {
     let mut parts = names.parts.clone();
@@ -28,8 +34,7 @@ pub(crate) fn identities<'a>(root: &Entry<'a>, names: &Names<'a>) -> Identities 
     connectors.extend(names.outputs.keys().map(|name| (*name, ())));
     for entry in &components {
         // A missing or faulty name is noted where the component is read.
-        let Some(DeValue::String(name)) = entry.table.get("name").map(Spanned::get_ref) else { continue };
-        let name = name.as_ref();
+        let Some(name) = entry.text("name") else { continue };
         if connectors.contains_key(name) && !taken.contains_key(name) {
             let message = format!("there is a constraint of the name \"{name}\"");
             entry.fault_at("name", message, "give the component a name of its own, or the constraint its part number");

@@ -324,6 +324,12 @@ pub(crate) const FIXING_TYPE: Keys = Keys {
     keys: &[
         may("doc", Form::Name, "short description"),
         may(
+            "parts",
+            Form::Names,
+            "part numbers of this type, * for any text and ? for one character, such as [\"8K0 971 *\"]; spaces do not count. A constraint whose \
+             `part` fits is of this type",
+        ),
+        may(
             "kind",
             Form::Kind(Family::Constraint, Some("collar")),
             "the kind of constraint that it is, whose parameters it may set; default \"collar\"",
