@@ -451,7 +451,7 @@ fn numbered() -> String {
     let text = with(
         "<Id>plug A</Id>",
         "<Id>plug A</Id><Part>housing</Part>\
-         <Contact_points id=\"k1\"><Associated_parts>t1 e1</Associated_parts><Contacted_cavity>o1</Contacted_cavity>\
+         <Contact_points id=\"kp1\"><Associated_parts>t1 e1</Associated_parts><Contacted_cavity>o1</Contacted_cavity>\
          </Contact_points><Slots id=\"sl\"><Cavities id=\"o1\"><Part>h1</Part></Cavities>\
          <Cavities id=\"o2\"><Associated_plug>g1</Associated_plug><Part>h2</Part></Cavities></Slots>",
     );
@@ -475,7 +475,7 @@ fn numbered() -> String {
     let text = text.replace(
         "<Connection id=\"c1\"><Wire>w1</Wire>",
         "<Connection id=\"c1\"><Id>line 1</Id><Signal_name>CAN-H</Signal_name><Wire>w1</Wire>\
-         <Extremities id=\"x1\"><Contact_point>k1</Contact_point></Extremities>",
+         <Extremities id=\"x1\"><Contact_point>kp1</Contact_point></Extremities>",
     );
     let text = text.replace("<Id>clip-1</Id>", "<Id>clip-1</Id><Part>fixing</Part>");
     text.replace(
