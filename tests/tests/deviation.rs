@@ -70,7 +70,7 @@ fn between_clamps_it_deviates_by_the_sag_of_a_beam_and_has_too_few_of_them() {
         Some(DeviationCause::FewConstraints { between, free_length, room }) => {
             assert_eq!(between, &["plug-A".to_owned(), "plug-B".to_owned()]);
             close(*free_length, l, 1e-9);
-            // The cable has come nearer by what its sag takes; so far it can reach aside, and it does not reach farther.
+            // The plug has come nearer by what the sag takes; so far the cable can reach aside.
             let chord = run.steps[0].constraints[1].position.x;
             close(*room, 0.5 * (l * l - chord * chord).sqrt(), 1e-6);
             assert!(found.max < *room, "{found:?}");

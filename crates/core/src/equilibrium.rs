@@ -366,7 +366,8 @@ impl fmt::Display for DeviationCause {
             Self::HeldElsewhere { constraint } => write!(f, "`{constraint}` holds it beside the drawn line"),
             Self::FewConstraints { between: [a, b], free_length, room } => write!(
                 f,
-                "too few constraints: none between `{a}` and `{b}`, {:.0} mm of cable that may lie up to {:.0} mm aside",
+                "too few constraints: none between `{a}` and `{b}`, {:.0} mm of cable that may lie up to {:.0} mm \
+                 aside",
                 1e3 * free_length,
                 1e3 * room
             ),
@@ -413,8 +414,8 @@ impl DrawnStart {
             n => format!("{n} branches"),
         };
         let first = format!(
-            "the run ends elsewhere than from the drawn start: {count} by more than their diameter, `{}` by {:.0} mm at \
-             s = {:.0} mm",
+            "the run ends elsewhere than from the drawn start: {count} by more than their diameter, `{}` by {:.0} mm \
+             at s = {:.0} mm",
             farthest.name,
             1e3 * farthest.distance,
             1e3 * farthest.s

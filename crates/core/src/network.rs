@@ -33,7 +33,7 @@ pub struct BranchPlan {
     pub section: Section,
     /// The rod.
     pub rod: Box<dyn RodSegment>,
-    /// Centre line along which it is laid at the start, from start to end, world coordinates, m; empty if none is given.
+    /// Centre line along which it is laid at first, from start to end, world coordinates, m; empty if none is given.
     pub path: Vec<Vector>,
     /// Drawn centre line, with which results are compared, likewise; empty if none is drawn.
     pub drawn: Vec<Vector>,

@@ -278,8 +278,8 @@ fn reactions(ends: &[&StepResult], identities: &Identities) -> Markup {
                     summary { (k + 1) ". " (end.name) }
                     table {
                         (heading(&[
-                            "constraint", "kind", "part", ">Fx [N]", ">Fy [N]", ">Fz [N]", ">|F| [N]", ">Mx [N m]", ">My [N m]",
-                            ">Mz [N m]", ">|M| [N m]", "cable",
+                            "constraint", "kind", "part", ">Fx [N]", ">Fy [N]", ">Fz [N]", ">|F| [N]",
+                            ">Mx [N m]", ">My [N m]", ">Mz [N m]", ">|M| [N m]", "cable",
                         ]))
                         tbody { @for constraint in &end.constraints { (reaction(constraint, part(&constraint.name))) } }
                     }

@@ -10,7 +10,7 @@
 //! | `Fixing_assignment`, `Placement` of its fixing | a `collar` where the fixing is drawn, along its channel (`V`) |
 //! | `Tolerance_indication` of a `Dimension_specification` of one segment, or of a default | a `[sweep]` in comments |
 //! | `Module`, `Harness_configuration` | parts that [`Options::selection`] leaves out, and segments without wires |
-//! | part numbers, `Description`, `Company_name`, colours | `part`, `description`, `supplier`, `colour` of constraints, components and wires |
+//! | part numbers, `Description`, `Company_name`, colours | `part`, `description`, `supplier`, `colour` |
 //! | other occurrences: protections, plugs, seals, splices, … | `[[components]]`, which do not act |
 //! | `Connection`, its `Signal_name`, cavities, terminals, seals | `[[connections]]` |
 //! | `Mass_information` of housings and terminals | a dead load at the end |

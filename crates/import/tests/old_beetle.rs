@@ -67,7 +67,7 @@ fn vectors(path: &PathBuf) -> Result<HashMap<String, [[f64; 3]; 2]>, Failed> {
     Ok(vectors)
 }
 
-/// Every part number of the file is in the scenario: of 52 housings, 10 fixings, 6 protections, 98 wires, and of the rest.
+/// Every part number of the file is in the scenario: of 52 housings, 10 fixings, 6 protections, 98 wires, and the rest.
 fn part_numbers(path: &PathBuf) -> Result<(), Failed> {
     let imported = read(path, 0.010)?;
     let all = common::checked(&imported.scenario).identities;

@@ -1,8 +1,8 @@
 //! Whether a run ends where the harness would come to rest from its drawn lines, and why not.
 //!
 //! A harness can have several equilibria under the same constraints: which of them it reaches depends on the way. Here
-//! the constraints, gravity and loads at the end of a run act on the harness laid along its drawn lines; the equilibrium
-//! from there is compared with the end of the run.
+//! the constraints, gravity and loads at the end of a run act on the harness laid along its drawn lines; the
+//! equilibrium from there is compared with the end of the run.
 
 use wireloom_core::Status;
 use wireloom_core::equilibrium::{DrawnStart, EndsElsewhere, OperationResult, Run, SlideResult, StepResult};

@@ -181,9 +181,9 @@ fn deviations(branches: &[BranchResult], out: &mut dyn Write) -> io::Result<()> 
     let free = away.iter().filter(|(_, _, cause)| matches!(cause, DeviationCause::FreeEnd { .. })).count();
     writeln!(
         out,
-        "deviation from the drawing at the end: up to {:.1} mm (branch {} at s = {:.0} mm); {} of {} drawn branches lie \
-         more than their diameter away: {few} with too few constraints to keep their shape, {free} with free ends, {} \
-         held elsewhere",
+        "deviation from the drawing at the end: up to {:.1} mm (branch {} at s = {:.0} mm); {} of {} drawn branches \
+         lie more than their diameter away: {few} with too few constraints to keep their shape, {free} with free \
+         ends, {} held elsewhere",
         1e3 * most.max,
         printable(&farthest.name),
         1e3 * most.s,

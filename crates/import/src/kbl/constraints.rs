@@ -40,7 +40,8 @@ pub(super) struct Holding<'a> {
 }
 
 impl Holding<'_> {
-    /// The constraints and their names: connectors at ends, collars along branches, and further connectors such that every piece is held.
+    /// The constraints and their names: connectors at ends, collars along branches, and further connectors such that
+    /// every piece is held.
     pub fn constraints(&self, arrangement: Arrangement, findings: &mut Findings) -> (Vec<Constraint>, Names) {
         let mut names = Names::default();
         let mut held = HashSet::new();

@@ -150,8 +150,8 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
     write_tolerances(&mut out, harness);
     let _ = writeln!(
         out,
-        "\n# Elements of the KBL file: those that the computation depends on, those that are named here and do not act, \
-         those\n# of other modules, and those that are not read."
+        "\n# Elements of the KBL file: those that the computation depends on, those that are named here and do not \
+         act, those\n# of other modules, and those that are not read."
     );
     for Usage { kind, total, used, kept, left_out, not_read } in usage {
         let _ = writeln!(

@@ -25,8 +25,8 @@ pub(crate) fn read(entry: &Entry<'_>) -> Option<Chosen> {
     read_among(entry, &Types::new(), None).map(|(chosen, _)| chosen)
 }
 
-/// Likewise, for an entry that may also name one of these types of fixings, which sets parameters; `of_part`: the type of
-/// its part number, which counts where it names a kind and not a type.
+/// Likewise, for an entry that may also name one of these types of fixings, which sets parameters; `of_part`: the type
+/// of its part number, which counts where it names a kind and not a type.
 pub(crate) fn read_among<'t>(
     entry: &Entry<'_>,
     types: &'t Types,

@@ -326,8 +326,8 @@ pub(crate) const FIXING_TYPE: Keys = Keys {
         may(
             "parts",
             Form::Names,
-            "part numbers of this type, * for any text and ? for one character, such as [\"8K0 971 *\"]; spaces do not count. A constraint whose \
-             `part` fits is of this type",
+            "part numbers of this type, * for any text and ? for one character, such as [\"8K0 971 *\"]; spaces do not \
+             count. A constraint whose `part` fits is of this type",
         ),
         may(
             "kind",
