@@ -2,12 +2,14 @@
 //! process.
 
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
+use crate::identity::Identities;
 pub use crate::requirement::{RequirementResult, Violation};
 use crate::requirement::{Verdict, verdict};
 use crate::status::Status;
 use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::sync::Arc;
 
 /// Result of a whole run.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +30,10 @@ pub struct Run {
     pub requirements: Vec<RequirementResult>,
     /// Plugin libraries that were used.
     pub plugins: Vec<Library>,
+    /// Part numbers and the like.
+    pub identities: Arc<Identities>,
+    /// Comparison of its end with the equilibrium from the drawn lines; `None` where the harness starts as it is drawn.
+    pub drawn_start: Option<DrawnStart>,
 }
 
 /// How a run ended. A run with a fault has no other status than failed.
@@ -293,8 +299,143 @@ pub struct BranchResult {
     pub twist_turns: f64,
     /// Estimated discretisation error; `None` where there are no numbers to estimate it from.
     pub error: Option<BranchError>,
+    /// Distance from the drawn centre line; `None` where none is drawn.
+    pub deviation: Option<Deviation>,
     /// What has slipped or yielded within its section; `None` for an elastic one.
     pub friction: Option<FrictionResult>,
+}
+
+/// Distance of the computed centre line of a branch from the drawn one: of each node from the nearest point of the
+/// drawn line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Deviation {
+    /// Half of the length of the branch is nearer than this, m.
+    pub median: f64,
+    /// Largest distance, m.
+    pub max: f64,
+    /// Arc length where it is largest, m.
+    pub s: f64,
+    /// Why it is larger than the diameter of the branch; `None` where it is not.
+    pub cause: Option<DeviationCause>,
+}
+
+/// Why a branch does not lie where it is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum DeviationCause {
+    /// A constraint next to the place holds the cable at least half as far from the drawn line: the harness is held
+    /// elsewhere than it is drawn.
+    HeldElsewhere {
+        /// Name of the constraint.
+        constraint: String,
+    },
+    /// The constraints next to the place lie on the drawn line, and nothing holds the cable between them: with so few
+    /// constraints it cannot keep the drawn shape.
+    FewConstraints {
+        /// Names of the constraints on both sides.
+        between: [String; 2],
+        /// Length of the cable between them, m.
+        free_length: f64,
+        /// Farthest that a point of a cable of this length can be from the straight line between both of them, m:
+        /// `√(L² − c²)/2` with their distance c.
+        room: f64,
+    },
+    /// Nothing holds the cable on one side of the place: its end is free.
+    FreeEnd {
+        /// Name of the constraint on the other side; `None` if there is none either.
+        from: Option<String>,
+        /// Length of the cable from that constraint to the place, m.
+        free_length: f64,
+    },
+}
+
+impl DeviationCause {
+    /// Word used in results.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::HeldElsewhere { .. } => "held elsewhere",
+            Self::FewConstraints { .. } => "few constraints",
+            Self::FreeEnd { .. } => "free end",
+        }
+    }
+}
+
+/// Example: "nothing holds it between `clip-1` and `plug-B`: 812 mm of cable, which may lie up to 210 mm aside".
+impl fmt::Display for DeviationCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::HeldElsewhere { constraint } => write!(f, "`{constraint}` holds it beside the drawn line"),
+            Self::FewConstraints { between: [a, b], free_length, room } => write!(
+                f,
+                "too few constraints: none between `{a}` and `{b}`, {:.0} mm of cable that may lie up to {:.0} mm \
+                 aside",
+                1e3 * free_length,
+                1e3 * room
+            ),
+            Self::FreeEnd { from: Some(from), free_length } => {
+                write!(f, "free end: nothing holds it beyond `{from}`, {:.0} mm before this place", 1e3 * free_length)
+            }
+            Self::FreeEnd { from: None, .. } => f.write_str("nothing holds it"),
+        }
+    }
+}
+
+/// The equilibrium that the harness has under the constraints at the end of a run if it starts along its drawn lines,
+/// compared with the end of the run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DrawnStart {
+    /// Why there is none to compare with; the rest is then empty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_compared: Option<String>,
+    /// Branches that end more than their diameter away from it, the farthest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub branches: Vec<EndsElsewhere>,
+    /// Energy at the end of the run less that of the equilibrium from the drawn lines, J.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<f64>,
+    /// Why it ends elsewhere: a sentence for each reason.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub why: Vec<String>,
+}
+
+impl DrawnStart {
+    /// What it says, a sentence for each line; the first one says whether the harness ends elsewhere.
+    pub fn lines(&self) -> Vec<String> {
+        if let Some(why) = &self.not_compared {
+            return vec![format!(
+                "the end of the run was not compared with the equilibrium from the drawn start: {why}"
+            )];
+        }
+        let Some(farthest) = self.branches.first() else {
+            return vec!["the run ends where the harness comes to rest from the drawn start, too".to_owned()];
+        };
+        let count = match self.branches.len() {
+            1 => "one branch".to_owned(),
+            n => format!("{n} branches"),
+        };
+        let first = format!(
+            "the run ends elsewhere than from the drawn start: {count} by more than their diameter, `{}` by {:.0} mm \
+             at s = {:.0} mm",
+            farthest.name,
+            1e3 * farthest.distance,
+            1e3 * farthest.s
+        );
+        std::iter::once(first).chain(self.why.iter().cloned()).collect()
+    }
+}
+
+/// A branch that ends elsewhere than from the drawn start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EndsElsewhere {
+    /// Its name.
+    pub name: String,
+    /// Largest distance between both centre lines at equal arc lengths, m.
+    pub distance: f64,
+    /// Arc length where it is largest, m.
+    pub s: f64,
+    /// Material twist at the end of the run less that from the drawn start, turns.
+    pub turns: f64,
 }
 
 /// Slips and yields within the section of a branch.

@@ -21,6 +21,7 @@ pub mod conditions;
 pub mod constraint;
 pub mod equilibrium;
 pub mod event;
+pub mod identity;
 pub mod joint;
 pub mod law;
 pub mod load;

@@ -33,8 +33,10 @@ pub struct BranchPlan {
     pub section: Section,
     /// The rod.
     pub rod: Box<dyn RodSegment>,
-    /// Drawn centre line, from start to end, world coordinates, m; empty if none is drawn.
+    /// Centre line along which it is laid at first, from start to end, world coordinates, m; empty if none is given.
     pub path: Vec<Vector>,
+    /// Drawn centre line, with which results are compared, likewise; empty if none is drawn.
+    pub drawn: Vec<Vector>,
 }
 
 /// Input for a joint of a network.
@@ -137,8 +139,10 @@ pub struct Branch {
     pub section: Section,
     /// The rod.
     pub rod: Box<dyn RodSegment>,
-    /// Drawn centre line; see [`BranchPlan::path`].
+    /// Centre line at the start; see [`BranchPlan::path`].
     pub path: Vec<Vector>,
+    /// Drawn centre line; see [`BranchPlan::drawn`].
+    pub drawn: Vec<Vector>,
     /// Indices of its nodes in the state's points.
     pub points: Range<usize>,
     /// Indices of its row of frames in the state's frames.
@@ -427,6 +431,7 @@ impl Network {
                     section: plan.section,
                     rod: plan.rod,
                     path: plan.path,
+                    drawn: plan.drawn,
                     mesh_moves: false,
                 };
                 points = branch.points.end;

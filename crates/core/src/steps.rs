@@ -1,11 +1,13 @@
 //! Assembly operations, with names resolved to indices of the network.
 
 use crate::conditions::RotatingAxes;
+use crate::identity::Identities;
 use crate::mechanism::closure::Way;
 use crate::mechanism::{Mechanism, Mount};
 use crate::rotation::{columns, shortest};
 use crate::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Rotation of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -334,6 +336,8 @@ pub struct Schedule {
     pub increments: bool,
     /// Whether all clearances of the cables are computed, not only the required ones.
     pub clearances: bool,
+    /// Part numbers and the like, for the results.
+    pub identities: Arc<Identities>,
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! itself. Long sections are folded; printing unfolds them.
 
 mod compared;
+mod identities;
 mod layout;
 mod plots;
 mod points;
@@ -25,6 +26,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, SlideMotion, StepResult};
 use wireloom_core::event::grouped;
+use wireloom_core::identity::{Identified, Identities};
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::{Event, Status, Vector};
 
@@ -92,10 +94,12 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
                 (steps(&ends))
                 (operations(&ends))
                 section id="pictures" { h2 { "Pictures" } (pictures) }
-                (reactions(&ends))
+                (reactions(&ends, &run.identities))
                 (surroundings::obstacles(&ends))
                 (surroundings::clearances(&run.clearances))
                 (branches(&ends))
+                (identities::deviation(ends.last().copied(), run.drawn_start.as_ref()))
+                (identities::identities(&run.identities))
                 @if !run.notes.is_empty() {
                     section id="notes" { h2 { "Notes" } ul { @for note in &run.notes { li { (note) } } } }
                 }
@@ -260,7 +264,8 @@ fn pictures(report: &Report<'_>, ends: &[&StepResult]) -> io::Result<(Vec<usize>
     Ok((chosen, markup))
 }
 
-fn reactions(ends: &[&StepResult]) -> Markup {
+fn reactions(ends: &[&StepResult], identities: &Identities) -> Markup {
+    let part = |name: &str| identities.find(Identified::Constraint, name).and_then(|own| own.part.as_deref());
     html! {
         section id="reactions" {
             h2 { "Reactions" }
@@ -273,10 +278,10 @@ fn reactions(ends: &[&StepResult]) -> Markup {
                     summary { (k + 1) ". " (end.name) }
                     table {
                         (heading(&[
-                            "constraint", "kind", ">Fx [N]", ">Fy [N]", ">Fz [N]", ">|F| [N]", ">Mx [N m]", ">My [N m]",
-                            ">Mz [N m]", ">|M| [N m]", "cable",
+                            "constraint", "kind", "part", ">Fx [N]", ">Fy [N]", ">Fz [N]", ">|F| [N]",
+                            ">Mx [N m]", ">My [N m]", ">Mz [N m]", ">|M| [N m]", "cable",
                         ]))
-                        tbody { @for constraint in &end.constraints { (reaction(constraint)) } }
+                        tbody { @for constraint in &end.constraints { (reaction(constraint, part(&constraint.name))) } }
                     }
                 }
             }
@@ -284,7 +289,7 @@ fn reactions(ends: &[&StepResult]) -> Markup {
     }
 }
 
-fn reaction(constraint: &ConstraintResult) -> Markup {
+fn reaction(constraint: &ConstraintResult, part: Option<&str>) -> Markup {
     let cells = |v: &Vector, digits: usize| {
         html! { @for c in [v.x, v.y, v.z, v.norm()] { td class="n" { (fixed(c, digits)) } } }
     };
@@ -292,6 +297,7 @@ fn reaction(constraint: &ConstraintResult) -> Markup {
         tr {
             td { (constraint.name) }
             td { (constraint.kind) }
+            td { (part.unwrap_or_default()) }
             (cells(&constraint.force, 3))
             (cells(&constraint.moment, 4))
             td {
@@ -312,6 +318,7 @@ fn reaction(constraint: &ConstraintResult) -> Markup {
         @for (k, station) in constraint.stations.iter().enumerate().skip(1) {
             tr {
                 td { (constraint.name) ", station " (k + 1) }
+                td {}
                 td {}
                 (cells(&station.force, 3))
                 (cells(&station.moment, 4))

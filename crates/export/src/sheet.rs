@@ -363,6 +363,8 @@ mod tests {
             clearances: vec![],
             requirements: vec![],
             plugins: vec![],
+            identities: Default::default(),
+            drawn_start: None,
         };
         assert_eq!(headline(&run), "UNRESOLVED: nothing is required of this harness");
         let of = |verdict, severity| RequirementResult {

@@ -10,6 +10,9 @@
 //! | `Fixing_assignment`, `Placement` of its fixing | a `collar` where the fixing is drawn, along its channel (`V`) |
 //! | `Tolerance_indication` of a `Dimension_specification` of one segment, or of a default | a `[sweep]` in comments |
 //! | `Module`, `Harness_configuration` | parts that [`Options::selection`] leaves out, and segments without wires |
+//! | part numbers, `Description`, `Company_name`, colours | `part`, `description`, `supplier`, `colour` |
+//! | other occurrences: protections, plugs, seals, splices, … | `[[components]]`, which do not act |
+//! | `Connection`, its `Signal_name`, cavities, terminals, seals | `[[connections]]` |
 //! | `Mass_information` of housings and terminals | a dead load at the end |
 //!
 //! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else
@@ -40,19 +43,23 @@ mod document;
 mod error;
 mod findings;
 mod harness;
+mod identities;
 mod names;
 mod options;
 mod section;
 mod segments;
 mod tree;
 mod unit;
+mod usage;
 mod write;
 
 pub use error::ImportError;
 pub use findings::Finding;
 pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant};
+pub use usage::Usage;
 
 use findings::Findings;
+use usage::Use;
 
 /// Turns the text of a KBL file into a scenario.
 ///
@@ -65,10 +72,17 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
         return Err(ImportError::MaxSegment { found: options.max_segment });
     }
     let mut findings = Findings::default();
-    let document = document::read(text, &options.selection, &mut findings)?;
-    let harness = convert::convert(&document, options, &mut findings)?;
-    let scenario = write::scenario(&harness, options, &mut findings);
-    Ok(Imported { scenario, findings: findings.list })
+    let mut document = document::read(text, &options.selection, &mut findings)?;
+    let (harness, acting) = convert::convert(&document, options, &mut findings)?;
+    for element in document.elements.iter_mut().filter(|element| acting.contains(&element.id)) {
+        element.usage = Use::Used;
+    }
+    let usage = usage::count(&document.elements);
+    for own in usage.iter().filter(|own| own.not_read > 0) {
+        findings.add_to("elements that are not read", format!("{} {}", own.not_read, own.kind));
+    }
+    let scenario = write::scenario(&harness, options, &usage, &mut findings);
+    Ok(Imported { scenario, findings: findings.list, usage })
 }
 
 /// The modules and variants of a KBL file, for [`Options::selection`].

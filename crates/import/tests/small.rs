@@ -4,6 +4,7 @@
 mod common;
 
 use common::checked;
+use wireloom_core::identity::{Identified, Identities, Identity, WireEnd};
 use wireloom_import::kbl::{Arrangement, Contents, ImportError, Imported, Options, Order, Selection, contents, import};
 use wireloom_scenario::bundle::{Bundle, Covered, Layer, Wire, Wires};
 use wireloom_scenario::{shipped_coverings, shipped_wires};
@@ -442,6 +443,131 @@ fn connectors_weigh_and_what_is_not_used_is_listed() {
         "elements that are not read: 1 Cavity_seal",
     ] {
         assert!(findings.iter().any(|finding| finding == said), "{said}: {findings:#?}");
+    }
+}
+
+/// The small harness with part numbers, cavities, a plug, a seal, terminals, a spare connector and a module family.
+fn numbered() -> String {
+    let text = with(
+        "<Id>plug A</Id>",
+        "<Id>plug A</Id><Part>housing</Part>\
+         <Contact_points id=\"kp1\"><Associated_parts>t1 e1</Associated_parts><Contacted_cavity>o1</Contacted_cavity>\
+         </Contact_points><Slots id=\"sl\"><Cavities id=\"o1\"><Part>h1</Part></Cavities>\
+         <Cavities id=\"o2\"><Associated_plug>g1</Associated_plug><Part>h2</Part></Cavities></Slots>",
+    );
+    let text = text.replace(
+        "<General_wire id=\"part1\">",
+        "<Connector_housing id=\"housing\"><Part_number>H 1</Part_number><Company_name>ACME</Company_name>\
+         <Description>housing \"2\"</Description><Housing_colour>black</Housing_colour><Slots id=\"hs\">\
+         <Cavities id=\"h1\"><Cavity_number>1</Cavity_number></Cavities>\
+         <Cavities id=\"h2\"><Cavity_number>2</Cavity_number></Cavities></Slots></Connector_housing>\
+         <Cavity_plug id=\"plug\"><Part_number>P 1</Part_number></Cavity_plug>\
+         <Cavity_seal id=\"seal\"><Part_number>E 1</Part_number></Cavity_seal>\
+         <General_terminal id=\"terminal\"><Part_number>T 1</Part_number></General_terminal>\
+         <Fixing id=\"fixing\"><Part_number>F 1</Part_number></Fixing>\
+         <General_wire id=\"part1\"><Part_number>W 1</Part_number><Description>/NULL</Description>\
+         <Cover_colour id=\"cc1\"><Colour_value>bk</Colour_value></Cover_colour>\
+         <Cover_colour id=\"cc2\"><Colour_value>gn</Colour_value></Cover_colour>",
+    );
+    let text = text.replace("<General_wire id=\"cable\">", "<General_wire id=\"cable\"><Part_number>W 2</Part_number>");
+    let text =
+        text.replace("<Wire_protection id=\"tape\">", "<Wire_protection id=\"tape\"><Part_number>V 1</Part_number>");
+    let text = text.replace(
+        "<Connection id=\"c1\"><Wire>w1</Wire>",
+        "<Connection id=\"c1\"><Id>line 1</Id><Signal_name>CAN-H</Signal_name><Wire>w1</Wire>\
+         <Extremities id=\"x1\"><Contact_point>kp1</Contact_point></Extremities>",
+    );
+    let text = text.replace("<Id>clip-1</Id>", "<Id>clip-1</Id><Part>fixing</Part>");
+    text.replace(
+        "<General_wire_occurrence id=\"w1\">",
+        "<Terminal_occurrence id=\"t1\"><Part>terminal</Part></Terminal_occurrence>\
+         <Cavity_seal_occurrence id=\"e1\"><Part>seal</Part></Cavity_seal_occurrence>\
+         <Cavity_plug_occurrence id=\"g1\"><Part>plug</Part></Cavity_plug_occurrence>\
+         <Connector_occurrence id=\"lost\"><Id>plug A</Id><Part>housing</Part></Connector_occurrence>\
+         <Module_families id=\"mf\"><Families>1</Families></Module_families>\
+         <General_wire_occurrence id=\"w1\"><Wire_number>17</Wire_number>",
+    )
+}
+
+/// Every number of the file is at the part that it belongs to, and comes back from the written text.
+#[test]
+fn part_numbers_signals_and_cavities_stay_with_their_parts() {
+    let numbered = numbered();
+    let Identities { parts, components, connections } = checked(&imported(&numbered).scenario).identities;
+    let part = |name: &str| {
+        let found = parts.iter().find(|part| part.of == Identified::Constraint && part.name == name);
+        found.unwrap_or_else(|| panic!("{name}: {parts:?}")).identity.clone()
+    };
+    let text = |text: &str| Some(text.to_owned());
+    let housing = Identity {
+        part: text("H 1"),
+        description: text("housing \"2\""),
+        supplier: text("ACME"),
+        colour: text("black"),
+    };
+    assert_eq!((part("plug A"), part("clip-1").part), (housing, text("F 1")));
+    let component = |kind: &str| components.iter().find(|own| own.kind.as_deref() == Some(kind)).expect(kind);
+    let plug = component("cavity plug");
+    assert_eq!((&plug.identity.part, &plug.connector, &plug.cavity), (&text("P 1"), &text("plug A"), &text("2")));
+    let tape = component("wire protection");
+    assert_eq!((&tape.identity.part, &tape.branch, tape.from), (&text("V 1"), &text("trunk"), Some(0.0)));
+    assert!((tape.to.expect("an end") - 0.5 * 0.3079).abs() < 1e-9, "{tape:?}");
+    let spare = components.iter().find(|own| own.name == "plug A-2").expect("the spare connector");
+    assert_eq!((spare.identity.part.as_deref(), &spare.vertex), (Some("H 1"), &None));
+    let splice = components.iter().find(|own| own.name == "S1").expect("the splice");
+    assert_eq!(splice.vertex.as_deref(), Some("S"));
+
+    assert_eq!(connections.len(), 4, "{connections:?}");
+    let line = &connections[0];
+    assert_eq!((line.name.as_str(), &line.signal, &line.wire), ("line 1", &text("CAN-H"), &text("17")));
+    assert_eq!((&line.identity.part, &line.identity.colour), (&text("W 1"), &text("bk/gn")));
+    assert_eq!(line.identity.description, None);
+    let end = WireEnd { connector: text("plug A"), cavity: text("1"), terminal: text("T 1"), seal: text("E 1") };
+    assert_eq!(line.ends, [end]);
+    assert_eq!(line.branches, ["trunk", "left"]);
+    assert!((line.length - (0.3079 + 0.26)).abs() < 1e-9, "{line:?}");
+    // A core of a cable has the number of the cable.
+    assert_eq!(connections[2].identity.part, text("W 2"));
+}
+
+/// The table of an import counts every element once.
+#[test]
+fn an_import_says_what_became_of_each_element() {
+    let imported = imported(&numbered());
+    let row = |kind: &str| {
+        let own = imported.usage.iter().find(|own| own.kind == kind).unwrap_or_else(|| panic!("{kind}"));
+        assert_eq!(own.total, own.used + own.kept + own.left_out + own.not_read, "{own:?}");
+        [own.used, own.kept, own.left_out, own.not_read]
+    };
+    assert_eq!(row("Segment"), [4, 0, 0, 0]);
+    assert_eq!(row("Cartesian_point"), [7, 0, 0, 0]);
+    // Plugs A and B act, the splice and the spare one do not.
+    assert_eq!(row("Connector_occurrence"), [2, 2, 0, 0]);
+    assert_eq!(row("Fixing_occurrence"), [1, 0, 0, 0]);
+    assert_eq!(row("Cavity_plug_occurrence"), [0, 1, 0, 0]);
+    assert_eq!(row("Cavity_seal"), [0, 1, 0, 0]);
+    assert_eq!(row("General_wire"), [2, 0, 0, 0]);
+    assert_eq!(row("Module_families"), [0, 0, 0, 1]);
+    assert!(imported.scenario.contains("# - 1 Module_families: 0 used, 0 named, 0 of other modules, 1 not read"));
+}
+
+/// On the board nothing but pegs holds the harness: its connectors and clips are listed.
+#[test]
+fn the_board_and_the_assembly_keep_part_numbers_too() {
+    for arrangement in [Arrangement::Board, Arrangement::Assembly] {
+        let options = Options { arrangement, ..Options::default() };
+        let scenario = import(&numbered(), &options).unwrap().scenario;
+        let all = checked(&scenario).identities;
+        let numbers: Vec<&str> = (all.parts.iter().map(|own| &own.identity))
+            .chain(all.components.iter().map(|own| &own.identity))
+            .filter_map(|identity| identity.part.as_deref())
+            .collect();
+        for number in ["H 1", "F 1", "P 1", "V 1"] {
+            assert!(numbers.contains(&number), "{arrangement:?} {number}: {numbers:?}");
+        }
+        // What is drawn in the vehicle is compared with the end of an assembly, not with a board.
+        let drawn = checked(&scenario).branches.iter().filter(|branch| !branch.own_drawn.is_empty()).count();
+        assert_eq!(drawn, if arrangement == Arrangement::Assembly { 4 } else { 0 });
     }
 }
 

@@ -186,6 +186,12 @@ impl Branch {
         self.get().error.map(|error| error.order)
     }
 
+    /// Deviation from the drawn line: median, largest (m), its arc length (m), the word of its cause and the sentence.
+    fn deviation(&self) -> Option<(f64, f64, f64, Option<(&'static str, String)>)> {
+        let own = self.get().deviation.as_ref()?;
+        Some((own.median, own.max, own.s, own.cause.as_ref().map(|cause| (cause.word(), cause.to_string()))))
+    }
+
     /// Energy dissipated by the friction within its section, J: in the increment, and since the start.
     fn dissipated(&self) -> Option<(f64, f64)> {
         self.get().friction.as_ref().map(|friction| (friction.dissipated, friction.dissipated_in_all))

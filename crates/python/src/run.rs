@@ -6,6 +6,7 @@ use crate::result::Step;
 use crate::source::{Loaded, Source};
 use crate::table::Table;
 use crate::worker::{attend, caught, guarded, spawn};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Write};
@@ -80,7 +81,7 @@ fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
     let Loaded { scenario, built, texts, hashed, .. } = source.load_with_mesh(&watcher.monitor)?;
     let provenance = Box::new(wireloom::export::provenance(PROGRAM, &scenario, &texts, &hashed, &[]));
     let schedule = &built.schedule;
-    let scene = Box::new(scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &built.network));
+    let scene = Box::new(scene::of(schedule, PROGRAM, &built.network));
     let obstacles = built.network.obstacles.clone();
     let mut run = wireloom::run_observed(built, None, watcher);
     run.plugins.extend(parts::libraries(&source.parts));
@@ -223,6 +224,11 @@ impl Run {
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.run.notes.clone()
+    }
+
+    /// Part numbers and the like, as JSON.
+    fn identities(&self) -> PyResult<String> {
+        serde_json::to_string(&*self.run.identities).map_err(|error| PyRuntimeError::new_err(error.to_string()))
     }
 
     /// The fault of a part that ended the run early, in words.

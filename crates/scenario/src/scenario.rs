@@ -8,6 +8,7 @@ use crate::span::{Span, Spans};
 use crate::sweep::Sweep;
 use wireloom_core::conditions::RotatingAxes;
 use wireloom_core::constraint::{Limits, Slide};
+use wireloom_core::identity::Identities;
 use wireloom_core::joint::WireShare;
 use wireloom_core::load::LoadAction;
 use wireloom_core::mechanism::{Mechanism, Mount};
@@ -62,6 +63,10 @@ pub struct Scenario {
     pub sweep: Option<Sweep>,
     /// What `wireloom optimise` chooses, and to what end.
     pub optimise: Option<Optimise>,
+    /// Part numbers and the like.
+    pub identities: Identities,
+    /// Part numbers of constraints that the catalogue does not have.
+    pub unmatched: Vec<String>,
     /// Output besides the result.
     pub output: Output,
 }
@@ -117,10 +122,19 @@ pub struct Branch {
     pub parameters: Parameters,
     /// Rest curvature about d1 and d2 and rest twist about d3, 1/m.
     pub curvature: Vector,
-    /// Drawn centre line, m, world coordinates; empty where none is drawn.
+    /// Centre line along which it is laid at the start, m, world coordinates; empty where none is given.
     pub path: Vec<Vector>,
+    /// Drawn centre line, if it is not [`Self::path`]; see [`Self::drawn`].
+    pub own_drawn: Vec<Vector>,
     /// Its place in the file.
     pub spans: Spans,
+}
+
+impl Branch {
+    /// Drawn centre line, with which results are compared, m, world coordinates; empty where none is drawn.
+    pub fn drawn(&self) -> &[Vector] {
+        if self.own_drawn.is_empty() { &self.path } else { &self.own_drawn }
+    }
 }
 
 /// Division of a branch into segments.

@@ -16,9 +16,35 @@ impl Files for Mine {
         match path {
             "mine.toml" => Ok("[fixings.\"edge-clip\"]\npull_out_force = 7\n[fixings.other]\nslide = true".into()),
             "bad.toml" => Ok("[fixings.worse]\nkind = \"colar\"\npull_out = 7".into()),
+            "parts.toml" => Ok(PARTS.into()),
+            "doubled.toml" => Ok("[fixings.a]\nparts = [\"8K0 971 824\"]\n[fixings.b]\nparts = [\"8K0971824\"]".into()),
             _ => Err("no such file".into()),
         }
     }
+}
+
+/// A catalogue: a clip by its number, clips and a clamp by patterns.
+const PARTS: &str = r#"
+[fixings.clip-824]
+parts = ["8K0 971 824"]
+pull_out_force = "70 N"
+[fixings.clips]
+parts = ["8K0 971 *"]
+slide = true
+friction = 0.2
+[fixings.clamp]
+kind = "handle"
+stiffness = 5
+parts = ["1J0*", "N 908 1?0"]
+[fixings.wide]
+parts = ["N 908*"]
+"#;
+
+/// The constraint that has these keys in a scenario with that catalogue.
+fn of_catalogue(keys: &str) -> Result<Constraint, String> {
+    let text = format!("catalogue = \"parts.toml\"\n{HARNESS}[[constraints]]\nname = \"it\"\n{MIDDLE}{keys}");
+    let scenario = parse_with_files(&text, &Mine, &common::registry());
+    scenario.map(|mut scenario| scenario.constraints.remove(1)).map_err(|faults| render(&text, &faults))
 }
 
 /// The constraint that has these keys, in a scenario with these tables.
@@ -114,4 +140,49 @@ fn faults_of_files_and_of_use_are_said() {
     let unknown = refused(&format!("kind = \"edge-clap\"\n{MIDDLE}"), "");
     assert!(unknown.contains("did you mean `edge-clip`?"), "{unknown}");
     assert!(parse_with_files(HARNESS, &NoFiles, &common::registry()).is_ok());
+}
+
+/// A part number chooses the type: the number itself before a pattern, spaces aside. Own keys and types go first.
+#[test]
+fn a_part_number_chooses_the_type_of_a_clip() {
+    let of = |keys: &str| of_catalogue(keys).unwrap_or_else(|faults| panic!("{faults}"));
+    let exact = of("kind = \"collar\"\npart = \"8K0971824\"");
+    assert_eq!((exact.called.as_str(), exact.kind.as_str()), ("clip-824", "collar"));
+    assert_eq!((exact.limits.pull_out_force, exact.slide), (Some(70.0), None));
+    let other = of("kind = \"collar\"\npart = \"8K0 971 825 A\"");
+    assert_eq!((other.called.as_str(), other.slide), ("clips", Some(Slide { friction: 0.2 })));
+    // The generic clip gives way to another kind, a part that is not in the catalogue does not.
+    let clamp = of("kind = \"collar\"\npart = \"1J0 957 818\"");
+    assert_eq!((clamp.kind.as_str(), clamp.parameters.number("stiffness")), ("handle", Some(5.0)));
+    assert_eq!(of("kind = \"collar\"\npart = \"2K0 1\"").called, "collar");
+    assert_eq!(of("kind = \"swivel\"\npart = \"8K0 971 824\"").called, "swivel");
+    let own = of("kind = \"collar\"\npart = \"8K0 971 824\"\npull_out_force = \"9 N\"");
+    assert_eq!(own.limits.pull_out_force, Some(9.0));
+}
+
+#[test]
+fn parts_that_no_entry_has_are_listed_and_doubled_ones_refused_with_both_places() {
+    let text = format!(
+        "catalogue = \"parts.toml\"\n{HARNESS}[[constraints]]\nname = \"it\"\nkind = \"collar\"\n{MIDDLE}\
+         part = \"2K0 1\"\n"
+    );
+    let scenario = parse_with_files(&text, &Mine, &common::registry());
+    let scenario = scenario.unwrap_or_else(|faults| panic!("{}", render(&text, &faults)));
+    assert_eq!(scenario.unmatched, ["2K0 1"]);
+
+    let doubled = parse_with_files(&text.replace("parts.toml", "doubled.toml"), &Mine, &common::registry());
+    let doubled = render("", &doubled.err().expect("refused"));
+    assert!(
+        doubled.contains(
+            "the part number \"8K0971824\" is given twice: doubled.toml:2:10 (\"a\") and doubled.toml:4:10 (\"b\")"
+        ),
+        "{doubled}"
+    );
+    let several = of_catalogue("kind = \"collar\"\npart = \"N 908 110\"").unwrap_err();
+    assert!(
+        several.contains("fits several types: parts.toml:12:18 (\"clamp\", \"N 908 1?0\"), parts.toml:14:10"),
+        "{several}"
+    );
+    let kind = of_catalogue("kind = \"connector\"\npart = \"1J0 957 818\"").unwrap_err();
+    assert!(kind.contains("that of the type \"clamp\", a handle, and kind = \"connector\""), "{kind}");
 }

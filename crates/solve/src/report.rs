@@ -1,6 +1,7 @@
 //! Report of an increment: shapes, forces, events, clearances, lost twist.
 
 pub(crate) mod clearance;
+pub(crate) mod deviation;
 pub mod discretisation;
 pub mod events;
 mod lines;

@@ -36,6 +36,7 @@ fn turn(network: &Network, to: Vector, gravity: f64, turns: f64, increments: usi
         steps: steps.map(step).into(),
         increments: true,
         clearances: false,
+        identities: Default::default(),
     };
     let mut observer = |_: &_, _: &_| Control::Continue;
     carry_out(

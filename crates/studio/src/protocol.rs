@@ -188,6 +188,10 @@ pub struct Branch {
     pub nodes: u32,
     /// Unstressed length, m.
     pub length: f64,
+    /// Part number, description, supplier and colour in words.
+    pub identity: Option<String>,
+    /// Drawn centre line, m: x, y, z of each point; empty where none is drawn.
+    pub drawn: Vec<f32>,
 }
 
 /// A joint.
@@ -227,6 +231,8 @@ pub struct Constraint {
     pub name: String,
     /// Kind: `connector`, `collar`, `handle` or another one.
     pub kind: String,
+    /// Part number, description, supplier and colour in words.
+    pub identity: Option<String>,
     /// Branch, and arc length (m) along it; none for a constraint at a joint or along a span.
     pub place: Option<(String, f64)>,
     /// Whether it can be moved.

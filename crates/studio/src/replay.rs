@@ -265,8 +265,8 @@ mod tests {
 
     #[test]
     fn long_runs_are_thinned_evenly_and_ends_of_steps_stay() {
-        let (scenario, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
-        let scene = crate::scene::of(&scenario.name, "wireloom", scenario.gravity, &built.network);
+        let (_, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
+        let scene = crate::scene::of(&built.schedule, "wireloom", &built.network);
         let limit = 20 * 11 * 4 * frame::FLOATS;
         let mut recorder = Recorder { limit, ..Recorder::new(scene) };
         let run = wireloom::run(built, &mut |_, end| {

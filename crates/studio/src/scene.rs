@@ -2,26 +2,26 @@
 
 use crate::frame::number;
 use crate::protocol::{Branch, Constraint, Joint, MechanismJoint, Obstacle, Scene};
-use wireloom::geometry::Vector;
 use wireloom::harness;
-use wireloom::harness::{Network, Obstacle as Body, Place};
+use wireloom::harness::{Network, Obstacle as Body, Place, Schedule};
 use wireloom::parts::{Action, RotationHold};
-use wireloom::result::{Measure, Part, Requirement};
+use wireloom::result::{Identified, Identities, Identity, Measure, Part, Requirement};
 
 /// Half-size at which unbounded obstacles are drawn, m.
 pub(crate) const DRAWN: f64 = 10.0;
 
 /// The scene of a network, not live, without settings, exports, notes and envelope.
-pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scene {
+pub fn of(schedule: &Schedule, program: &str, network: &Network) -> Scene {
+    let identities = &schedule.identities;
     Scene {
-        name: name.to_owned(),
+        name: schedule.scenario.clone(),
         program: program.to_owned(),
         run: 0,
         live: false,
-        gravity: gravity.into(),
-        branches: (0..network.branches.len()).map(|b| branch(network, b)).collect(),
+        gravity: schedule.gravity.into(),
+        branches: (0..network.branches.len()).map(|b| branch(network, identities, b)).collect(),
         joints: network.joints.iter().map(joint).collect(),
-        constraints: network.constraints.iter().map(|own| constraint(network, own)).collect(),
+        constraints: network.constraints.iter().map(|own| constraint(network, identities, own)).collect(),
         obstacles: network.obstacles.iter().map(obstacle).collect(),
         mechanism_joints: mechanism_joints(network),
         settings: Vec::new(),
@@ -31,7 +31,7 @@ pub fn of(name: &str, program: &str, gravity: Vector, network: &Network) -> Scen
     }
 }
 
-fn branch(network: &Network, index: usize) -> Branch {
+fn branch(network: &Network, identities: &Identities, index: usize) -> Branch {
     let branch = &network.branches[index];
     let mesh = branch.rod.mesh();
     Branch {
@@ -40,6 +40,8 @@ fn branch(network: &Network, index: usize) -> Branch {
         bend_radius_limit: bend_radius_limit(network, index),
         nodes: number(mesh.nodes()),
         length: mesh.length(),
+        identity: identities.find(Identified::Branch, &branch.name).map(Identity::to_string),
+        drawn: branch.drawn.iter().flat_map(|point| point.iter().map(|x| *x as f32)).collect(),
     }
 }
 
@@ -57,7 +59,7 @@ fn joint(joint: &harness::Joint) -> Joint {
     Joint { name: joint.name.clone(), model: joint.kind.clone(), branches }
 }
 
-fn constraint(network: &Network, constraint: &harness::AttachedConstraint) -> Constraint {
+fn constraint(network: &Network, identities: &Identities, constraint: &harness::AttachedConstraint) -> Constraint {
     let place = match constraint.place {
         Place::Node { branch, node } if constraint.span.is_none() => {
             let branch = &network.branches[branch];
@@ -69,7 +71,15 @@ fn constraint(network: &Network, constraint: &harness::AttachedConstraint) -> Co
         Action::Prescribed(hold) => (hold.position, hold.rotation != RotationHold::Free),
         Action::Potential(_) | Action::Equations(_) => (true, constraint.site.frame.is_some()),
     };
-    Constraint { name: constraint.name.clone(), kind: constraint.kind.clone(), place, moves, turns, by_hand: false }
+    Constraint {
+        name: constraint.name.clone(),
+        kind: constraint.kind.clone(),
+        identity: identities.find(Identified::Constraint, &constraint.name).map(Identity::to_string),
+        place,
+        moves,
+        turns,
+        by_hand: false,
+    }
 }
 
 /// Joints of mechanisms with one freedom, in the order of their values in frames.

@@ -32,7 +32,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::harness::Obstacle;
-use wireloom::result::{Moment, RequirementResult};
+use wireloom::result::{Identities, Moment, RequirementResult};
 use wireloom::scenario::adjust::adjustable;
 use wireloom::scenario::record::{Written, with_steps, with_value};
 use wireloom::scenario::{Fault, Files};
@@ -85,6 +85,7 @@ pub(crate) struct Record {
     pub status: Status,
     pub requirements: Arc<[RequirementResult]>,
     pub obstacles: Arc<Vec<Obstacle>>,
+    pub identities: Arc<Identities>,
 }
 
 /// A session.
@@ -167,7 +168,7 @@ impl Session {
     pub fn scene(&self) -> Scene {
         let Snapshot { harness, by_hand, run, .. } = &self.now;
         let schedule = &harness.schedule;
-        let mut scene = scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &harness.network);
+        let mut scene = scene::of(schedule, PROGRAM, &harness.network);
         let begun: Vec<&str> =
             by_hand.iter().flat_map(|step| &step.begins).map(|begins| begins.name.as_str()).collect();
         for constraint in &mut scene.constraints {
@@ -263,6 +264,7 @@ impl Session {
             status: self.status(),
             requirements: self.shown_sheet.1.clone(),
             obstacles: Arc::new(harness.network.obstacles.clone()),
+            identities: harness.schedule.identities.clone(),
         }
     }
 

@@ -185,6 +185,8 @@ impl Studio {
             clearances: Vec::new(),
             requirements: record.requirements.to_vec(),
             plugins: Vec::new(),
+            identities: record.identities,
+            drawn_start: None,
         };
         Some(Outcome { run, obstacles: record.obstacles })
     }

@@ -61,8 +61,8 @@ position = ["500 mm", 0, 0]
 "#;
 
 fn recorded() -> (Replay, Run) {
-    let (scenario, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
-    let mut recorder = Recorder::new(scene::of(&scenario.name, "wireloom 1", scenario.gravity, &built.network));
+    let (_, built) = wireloom::load(TEXT, &wireloom::registry()).expect("no faults");
+    let mut recorder = Recorder::new(scene::of(&built.schedule, "wireloom 1", &built.network));
     let run = wireloom::run(built, &mut |_, end| {
         recorder.record(end);
         Control::Continue

@@ -81,7 +81,7 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
 fn branch(name: String, section: &Section, length: f64, segments: usize, stations: Vec<usize>) -> BranchPlan {
     let mesh = Mesh::new(vec![length / segments as f64; segments], stations);
     let spec = RodSpec { section: section.clone(), mesh, curvature: Vector::zeros() };
-    BranchPlan { name, section: section.clone(), rod: Box::new(cosserat::rod(spec)), path: vec![] }
+    BranchPlan { name, section: section.clone(), rod: Box::new(cosserat::rod(spec)), path: vec![], drawn: vec![] }
 }
 
 fn connector(name: &str, branch: usize, node: usize) -> ConstraintPlan {
@@ -345,6 +345,7 @@ pub fn schedule() -> Schedule {
         steps: vec![],
         increments: false,
         clearances: false,
+        identities: Default::default(),
     }
 }
 

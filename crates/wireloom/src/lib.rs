@@ -77,6 +77,7 @@
 #[cfg(feature = "bench")]
 pub mod bench;
 pub mod compare;
+mod drawn_start;
 pub mod export;
 pub mod geometry;
 #[cfg(feature = "gpu")]
@@ -105,6 +106,7 @@ pub mod sweep;
 #[cfg(feature = "testing")]
 pub mod testing;
 
+pub use drawn_start::compare_with_drawn_start;
 pub use load::{check, load, load_with_files, load_with_settings};
 pub use registry::registry;
 #[cfg(feature = "gpu")]

@@ -21,11 +21,13 @@
 //! ```
 
 pub use wireloom_core::equilibrium::{
-    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Energy, FrictionResult, JointResult, Library,
-    MarkerResult, MechanismResult, MinimiserResult, ObstacleResult, OperationResult, Outcome, PartFamily, PartFault,
-    Run, SlideMotion, SlideResult, SpanResult, StationResult, StepResult, TightestBend,
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Deviation, DeviationCause, DrawnStart, EndsElsewhere,
+    Energy, FrictionResult, JointResult, Library, MarkerResult, MechanismResult, MinimiserResult, ObstacleResult,
+    OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult,
+    StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
+pub use wireloom_core::identity::{Component, Connection, Identified, Identities, Identity, WireEnd};
 pub use wireloom_core::requirement::{
     Bound, Measure, Motion, Origin, Part, Requirement, RequirementResult, Severity, Verdict, Violation, by_urgency,
     verdict,

@@ -11,7 +11,7 @@ use crate::print::table::Columns;
 use crate::size;
 use std::io::{self, Write};
 use std::path::Path;
-use wireloom::import::kbl::{Arrangement, Contents, Finding, Options, Order, Selection, contents, import};
+use wireloom::import::kbl::{Arrangement, Contents, Finding, Options, Order, Selection, Usage, contents, import};
 
 /// Places of a finding that are shown; the file has all of them.
 const ITEMS: usize = 6;
@@ -62,9 +62,13 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     };
     let imported = import(&text, &options).map_err(refused)?;
     drop(bar);
-    let findings: String = imported.findings.iter().map(|finding| format!("found: {}\n", shortened(finding))).collect();
+    let mut said: Vec<u8> = Vec::new();
+    for finding in &imported.findings {
+        writeln!(said, "found: {}", shortened(finding)).map_err(Failure::standard_output)?;
+    }
+    uses(&imported.usage).print(&mut said).map_err(Failure::standard_output)?;
     // If standard error is closed, the import goes on.
-    let _ = io::stderr().write_all(findings.as_bytes());
+    let _ = io::stderr().write_all(&said);
     match &arguments.output {
         None => out.write_all(imported.scenario.as_bytes()).map_err(Failure::standard_output)?,
         Some(path) => folder::write(path, |file| file.write_all(imported.scenario.as_bytes()))?,
@@ -83,6 +87,23 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         }
         Err(faults) => Err(Failure::Refused(vec![load::refusal(target, imported.scenario, faults)])),
     }
+}
+
+/// What became of the elements of the file.
+fn uses(usage: &[Usage]) -> Columns {
+    let mut table = Columns::new([
+        "element of the file",
+        ">number",
+        ">used",
+        ">named, without effect",
+        ">of other modules",
+        ">not read",
+    ]);
+    for own in usage {
+        let numbers = [own.total, own.used, own.kept, own.left_out, own.not_read].map(|number| number.to_string());
+        table.row(std::iter::once(own.kind.clone()).chain(numbers));
+    }
+    table
 }
 
 /// Modules and variants of a harness.

@@ -88,7 +88,9 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
     let shown = !arguments.quiet && arguments.trace.verbose == 0;
     let bar = Bar::new("finding the initial equilibrium", shown);
     let provenance = job.loaded.provenance();
-    let Job { loaded: Loaded { scenario, built, texts, plugins, .. }, folder, keeper, standing, resumed, .. } = job;
+    let Job {
+        loaded: Loaded { scenario, built, texts, plugins, registry, .. }, folder, keeper, standing, resumed, ..
+    } = job;
     let place = folder.path().to_path_buf();
     let steps: Vec<String> = built.schedule.steps.iter().map(|step| step.name.clone()).collect();
     let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
@@ -103,7 +105,7 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
         extremes: standing.extremes,
         results: Results::new(
             folder,
-            scenario.output,
+            scenario.output.clone(),
             texts,
             provenance,
             results::surroundings(&built),
@@ -119,6 +121,8 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
     run.plugins = plugins.iter().map(record).collect();
     run.notes.extend(wireloom::plugins::notes());
     let Watcher { bar, extremes, mut results, swept, keeper, page, failure, .. } = watcher;
+    bar.say("comparing with the drawn start");
+    run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry);
     bar.say("writing the results");
     let (mut failure, mut surface) = (failure, None);
     if let Some(swept) = swept.as_ref().filter(|_| failure.is_none()) {

@@ -17,7 +17,7 @@ pub const SCENE: &str = "scene";
 /// Keeps the scene beside the result, for `wireloom studio DIR`.
 pub fn keep_scene(own: &Own, built: &Built) -> Result<Scene, Failure> {
     let schedule = &built.schedule;
-    let scene = scene::of(&schedule.scenario, PROGRAM, schedule.gravity, &built.network);
+    let scene = scene::of(schedule, PROGRAM, &built.network);
     let bytes = serde_json::to_vec(&scene).map_err(|error| Failure::io("write", &own.path(SCENE))(error.into()))?;
     own.keep(SCENE, &bytes, false)?;
     Ok(scene)

@@ -70,6 +70,8 @@ fn save(place: &Path, outcome: RunOutcome) -> Result<(), Failure> {
         clearances: vec![],
         requirements: vec![],
         plugins: origin.plugins,
+        identities: Default::default(),
+        drawn_start: None,
     };
     folder.write(RESULT, |out| json::write(&run, &origin.provenance, out))
 }

@@ -7,7 +7,10 @@ use crate::print::text::{printable, time};
 use crate::print::{operations, sheet};
 use std::io::{self, Write};
 use wireloom::geometry::Vector;
-use wireloom::result::{Clearance, ConstraintResult, Event, Group, ObstacleResult, grouped};
+use wireloom::result::{
+    BranchResult, Clearance, ConstraintResult, Deviation, DeviationCause, Event, Group, Identified, Identities,
+    ObstacleResult, grouped,
+};
 use wireloom::{Run, StepResult};
 
 /// Notes of a kind that are shown. Where there are more, only their number is: the results have them.
@@ -27,10 +30,17 @@ pub fn print(run: &Run, size: &str, extremes: &Extremes, built: usize, out: &mut
     steps(run, out)?;
     operations::print(run, out)?;
     if let Some(end) = run.steps.last() {
-        constraints(end, &extremes.loads, out)?;
+        constraints(end, &extremes.loads, &run.identities, out)?;
         outputs(end, out)?;
     }
     bends(&extremes.bends, out)?;
+    if let Some(end) = run.steps.last() {
+        deviations(&end.branches, out)?;
+    }
+    if let Some(drawn_start) = &run.drawn_start {
+        drawn_start.lines().iter().try_for_each(|line| writeln!(out, "{}", printable(line)))?;
+        writeln!(out)?;
+    }
     if let Some(end) = run.steps.last() {
         obstacles(end, out)?;
     }
@@ -89,30 +99,33 @@ fn steps(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     table.print(out)
 }
 
-fn constraints(end: &StepResult, loads: &[Load], out: &mut dyn Write) -> io::Result<()> {
+fn constraints(end: &StepResult, loads: &[Load], identities: &Identities, out: &mut dyn Write) -> io::Result<()> {
     let mut loads: Vec<&Load> = loads.iter().collect();
     let left_out = keep(&mut loads, |load| load.force);
-    let mut table = Columns::new([
-        "constraint",
-        "kind",
-        "force at the end [N]",
-        "moment at the end [N m]",
-        ">largest force [N]",
-        "in step",
-    ]);
+    let parts = loads.iter().any(|load| identities.find(Identified::Constraint, &load.name).is_some());
+    let mut columns = vec!["constraint", "kind"];
+    if parts {
+        columns.push("part");
+    }
+    columns.extend(["force at the end [N]", "moment at the end [N m]", ">largest force [N]", "in step"]);
+    let mut table = Columns::new(columns);
     for load in loads {
         let now = end.constraints.iter().find(|constraint| constraint.name == load.name);
         let vector = |part: fn(&ConstraintResult) -> Vector, digits| {
             now.map_or_else(|| "released".into(), |constraint| vector(&part(constraint), digits))
         };
-        table.row([
-            load.name.clone(),
-            load.kind.clone(),
+        let part = identities.find(Identified::Constraint, &load.name).and_then(|own| own.part.clone());
+        let mut row = vec![load.name.clone(), load.kind.clone()];
+        if parts {
+            row.push(part.unwrap_or_default());
+        }
+        row.extend([
             vector(|constraint| constraint.force, 3),
             vector(|constraint| constraint.moment, 4),
             format!("{:.3}", load.force),
             load.step.clone(),
         ]);
+        table.row(row);
     }
     table.print(out)?;
     if left_out > 0 {
@@ -154,6 +167,48 @@ fn bends(bends: &[Bend], out: &mut dyn Write) -> io::Result<()> {
     table.print(out)?;
     if left_out > 0 {
         writeln!(out, "({left_out} branches further from their limits: see result.json)\n")?;
+    }
+    Ok(())
+}
+
+/// Distances from the drawn lines at the end, and for branches that do not lie where they are drawn the reason.
+fn deviations(branches: &[BranchResult], out: &mut dyn Write) -> io::Result<()> {
+    let drawn: Vec<(&BranchResult, &Deviation)> =
+        branches.iter().filter_map(|branch| Some((branch, branch.deviation.as_ref()?))).collect();
+    let Some((farthest, most)) = drawn.iter().max_by(|a, b| a.1.max.total_cmp(&b.1.max)) else { return Ok(()) };
+    let away: Vec<_> = drawn.iter().filter_map(|(branch, own)| Some((*branch, *own, own.cause.as_ref()?))).collect();
+    let few = away.iter().filter(|(_, _, cause)| matches!(cause, DeviationCause::FewConstraints { .. })).count();
+    let free = away.iter().filter(|(_, _, cause)| matches!(cause, DeviationCause::FreeEnd { .. })).count();
+    writeln!(
+        out,
+        "deviation from the drawing at the end: up to {:.1} mm (branch {} at s = {:.0} mm); {} of {} drawn branches \
+         lie more than their diameter away: {few} with too few constraints to keep their shape, {free} with free \
+         ends, {} held elsewhere",
+        1e3 * most.max,
+        printable(&farthest.name),
+        1e3 * most.s,
+        away.len(),
+        drawn.len(),
+        away.len() - few - free
+    )?;
+    writeln!(out)?;
+    let mut rows: Vec<_> = away.iter().collect();
+    let left_out = keep(&mut rows, |row| row.1.max);
+    let mut table =
+        Columns::new(["branch", ">median deviation [mm]", ">largest [mm]", ">at s [mm]", ">diameter [mm]", "reason"]);
+    for (branch, deviation, cause) in rows {
+        table.row([
+            branch.name.clone(),
+            format!("{:.1}", 1e3 * deviation.median),
+            format!("{:.1}", 1e3 * deviation.max),
+            format!("{:.0}", 1e3 * deviation.s),
+            format!("{:.1}", 1e3 * branch.diameter),
+            cause.to_string(),
+        ]);
+    }
+    table.print(out)?;
+    if left_out > 0 {
+        writeln!(out, "({left_out} branches with smaller deviations: see result.json)\n")?;
     }
     Ok(())
 }

@@ -1,9 +1,9 @@
 //! From and to the results of `wireloom-core`.
 
 use super::document::{
-    Branch, BranchError, Clearance, Constraint, Document, Energy, Event, Fault, Friction, Increment, Joint, Marker,
-    Minimiser, Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span, Station, Step, TightestBend,
-    Violation,
+    Branch, BranchError, Clearance, Constraint, Deviation, DeviationCause, Document, Energy, Event, Fault, Friction,
+    Increment, Joint, Marker, Minimiser, Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span, Station,
+    Step, TightestBend, Violation,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -25,9 +25,11 @@ impl<S> Document<S> {
             provenance: provenance.clone(),
             notes: run.notes.clone(),
             plugins: run.plugins.iter().map(Plugin::of).collect(),
+            identities: (*run.identities).clone(),
             events: run.events.iter().map(Event::of).collect(),
             steps,
             clearance: run.clearances.iter().map(Clearance::of).collect(),
+            drawn_start: run.drawn_start.clone(),
             fault: run.fault().map(Fault::of),
         }
     }
@@ -48,6 +50,8 @@ impl<S> Document<S> {
             clearances: self.clearance.into_iter().map(Clearance::clearance).collect::<Result<_, _>>()?,
             requirements: self.requirements.into_iter().map(Requirement::result).collect(),
             plugins: self.plugins.into_iter().map(Plugin::library).collect(),
+            identities: self.identities.into(),
+            drawn_start: self.drawn_start,
         })
     }
 }
@@ -295,6 +299,7 @@ impl Branch<Vec<Vector3>> {
             bend_radius: numbers_of(&branch.bend_radius),
             twist_turns: Number(branch.twist_turns),
             error: branch.error.as_ref().map(BranchError::of),
+            deviation: branch.deviation.as_ref().map(Deviation::of),
             friction: branch.friction.as_ref().map(Friction::of),
         }
     }
@@ -319,8 +324,38 @@ impl Branch<Vec<Vector3>> {
             bend_radius: radii(self.bend_radius),
             twist_turns: self.twist_turns.0,
             error: self.error.map(BranchError::error),
+            deviation: self.deviation.map(Deviation::deviation),
             friction: self.friction.map(Friction::friction),
         })
+    }
+}
+
+impl Deviation {
+    fn of(deviation: &core::Deviation) -> Self {
+        let core::Deviation { median, max, s, cause } = deviation;
+        let cause = cause.clone().map(|cause| match cause {
+            core::DeviationCause::HeldElsewhere { constraint } => DeviationCause::HeldElsewhere { constraint },
+            core::DeviationCause::FewConstraints { between, free_length, room } => {
+                DeviationCause::FewConstraints { between, free_length: Number(free_length), room: Number(room) }
+            }
+            core::DeviationCause::FreeEnd { from, free_length } => {
+                DeviationCause::FreeEnd { from, free_length: Number(free_length) }
+            }
+        });
+        Self { median: Number(*median), max: Number(*max), s: Number(*s), cause }
+    }
+
+    fn deviation(self) -> core::Deviation {
+        let cause = self.cause.map(|cause| match cause {
+            DeviationCause::HeldElsewhere { constraint } => core::DeviationCause::HeldElsewhere { constraint },
+            DeviationCause::FewConstraints { between, free_length, room } => {
+                core::DeviationCause::FewConstraints { between, free_length: free_length.0, room: room.0 }
+            }
+            DeviationCause::FreeEnd { from, free_length } => {
+                core::DeviationCause::FreeEnd { from, free_length: free_length.0 }
+            }
+        });
+        core::Deviation { median: self.median.0, max: self.max.0, s: self.s.0, cause }
     }
 }
 

@@ -8,7 +8,8 @@
 use super::provenance::Provenance;
 use super::values::{Entries, Number, Quaternion, Schema, Vector3, Word, is_zero, nullable};
 use serde::{Deserialize, Serialize};
-use wireloom_core::equilibrium::SlideMotion;
+use wireloom_core::equilibrium::{DrawnStart, SlideMotion};
+use wireloom_core::identity::Identities;
 use wireloom_core::requirement::{Bound, Measure, Origin, Severity, Verdict};
 use wireloom_core::{EventKind, Status};
 
@@ -25,10 +26,14 @@ pub struct Document<S> {
     pub notes: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub plugins: Vec<Plugin>,
+    #[serde(default, skip_serializing_if = "Identities::is_empty")]
+    pub identities: Identities,
     pub events: Vec<Event>,
     pub steps: S,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clearance: Vec<Clearance>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn_start: Option<DrawnStart>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
 }
@@ -202,7 +207,36 @@ pub struct Branch<V> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<BranchError>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<Deviation>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
+}
+
+/// Distance of a branch from its drawn centre line, m; `s` and `cause`: where it is largest, and why.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Deviation {
+    pub median: Number,
+    pub max: Number,
+    pub s: Number,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<DeviationCause>,
+}
+
+/// `{ "kind": "few constraints", "between": ["clip-1", "plug-B"], "free_length": 0.8, "room": 0.2 }` and the like: m.
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "kind", deny_unknown_fields)]
+pub enum DeviationCause {
+    #[serde(rename = "held elsewhere")]
+    HeldElsewhere { constraint: String },
+    #[serde(rename = "few constraints")]
+    FewConstraints { between: [String; 2], free_length: Number, room: Number },
+    #[serde(rename = "free end")]
+    FreeEnd {
+        #[serde(deserialize_with = "nullable")]
+        from: Option<String>,
+        free_length: Number,
+    },
 }
 
 /// Friction within the section of a branch: set at each node (about d1, d2, d3), 1/m; energies, J.

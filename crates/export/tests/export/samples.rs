@@ -55,6 +55,7 @@ pub fn branch(
         position,
         twist_turns: 0.25,
         error: None,
+        deviation: None,
         friction: None,
     }
 }
@@ -142,6 +143,8 @@ pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
             file: "plugins/libstraps.so".into(),
             hash: "5e".into(),
         }],
+        identities: Default::default(),
+        drawn_start: None,
     }
 }
 

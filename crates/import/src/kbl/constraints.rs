@@ -40,8 +40,9 @@ pub(super) struct Holding<'a> {
 }
 
 impl Holding<'_> {
-    /// Connectors at ends, collars along branches, and further connectors such that every piece is held.
-    pub fn constraints(&self, arrangement: Arrangement, findings: &mut Findings) -> Vec<Constraint> {
+    /// The constraints and their names: connectors at ends, collars along branches, and further connectors such that
+    /// every piece is held.
+    pub fn constraints(&self, arrangement: Arrangement, findings: &mut Findings) -> (Vec<Constraint>, Names) {
         let mut names = Names::default();
         let mut held = HashSet::new();
         let mut constraints = self.connectors(&mut names, &mut held, findings);
@@ -49,7 +50,7 @@ impl Holding<'_> {
             self.clips(index, segment, &mut names, &mut held, &mut constraints, findings);
         }
         self.hold_pieces(&mut names, &held, arrangement, &mut constraints, findings);
-        constraints
+        (constraints, names)
     }
 
     fn connectors(&self, names: &mut Names, held: &mut HashSet<usize>, findings: &mut Findings) -> Vec<Constraint> {
@@ -107,6 +108,7 @@ impl Holding<'_> {
                 position: node.position,
                 frame: curve.frame(if end.starts { 0.0 } else { curve.length }),
                 mass: first.mass.unwrap_or(0.0),
+                of: Some(first.id.clone()),
                 remark: format!("{}: {labels}", node.id),
             });
         }
@@ -175,6 +177,7 @@ impl Holding<'_> {
                 position: laid.curve.point(seat.drawn_s),
                 frame: laid.curve.frame_along(seat.drawn_s, &seat.tangent),
                 mass: 0.0,
+                of: seat.fixing.of.clone(),
                 remark: format!("{}: {}", segment.id, seat.fixing.id),
             });
         }
@@ -288,6 +291,7 @@ impl Holding<'_> {
                 position: *position,
                 frame: curve.frame(if starts { 0.0 } else { curve.length }),
                 mass: 0.0,
+                of: None,
                 remark: format!("{id}: nothing else holds this piece of the harness"),
             });
         }

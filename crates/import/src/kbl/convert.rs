@@ -6,19 +6,25 @@ use super::document::Document;
 use super::error::ImportError;
 use super::findings::Findings;
 use super::harness::{Arm, Branch, Harness, Joint, Section, Vertex};
+use super::identities;
 use super::names::Names;
 use super::options::Options;
 use super::section::{Makeup, Types};
 use super::segments::{Incidence, Laid, lay_all};
 use super::unit::Quantity;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use wireloom_scenario::MAX_SEGMENTS;
 
-/// Decides everything that the document leaves open, and reports the decisions that matter to a user.
+/// Decides everything that the document leaves open, and reports the decisions that matter to a user. Also returns the
+/// XML ids of the occurrences that act as constraints.
 ///
 /// # Errors
 /// If the harness is larger than a scenario may be.
-pub(super) fn convert(document: &Document, options: &Options, findings: &mut Findings) -> Result<Harness, ImportError> {
+pub(super) fn convert(
+    document: &Document,
+    options: &Options,
+    findings: &mut Findings,
+) -> Result<(Harness, HashSet<String>), ImportError> {
     let mut types = Types::new();
     let wires: Vec<usize> = document.wires.iter().map(|wire| types.wire(wire, findings)).collect();
     let mut incidences: Vec<Vec<Incidence>> = document.nodes.iter().map(|_| Vec::new()).collect();
@@ -74,11 +80,24 @@ pub(super) fn convert(document: &Document, options: &Options, findings: &mut Fin
         joints.push(Joint { vertex: node, arms, wires });
     }
     let holding = Holding { document, laid: &laid, incidences: &incidences };
-    let constraints = holding.constraints(options.arrangement, findings);
+    let (constraints, names) = holding.constraints(options.arrangement, findings);
+    let named: Vec<(String, f64)> = branch_names.iter().cloned().zip(laid.iter().map(|laid| laid.length)).collect();
+    let kept = identities::keep(document, &constraints, names, &vertices, &named);
     let name = options.name.as_ref().or(document.name.as_ref()).cloned().unwrap_or_else(|| "harness".to_owned());
     let vertices = vertices.into_iter().zip(&document.nodes);
     let vertices = vertices.map(|(name, node)| Vertex { name, position: node.position }).collect();
-    Ok(Harness { name, vertices, types, sections, branches, joints, constraints })
+    let harness = Harness {
+        name,
+        vertices,
+        types,
+        sections,
+        branches,
+        joints,
+        constraints,
+        identities: kept.constraints,
+        listed: kept.identities,
+    };
+    Ok((harness, kept.acting))
 }
 
 /// Refuses a harness that has more segments than a scenario may, or a branch that is longer.

@@ -5,13 +5,18 @@ use super::error::ImportError;
 use super::findings::Findings;
 use super::options::Selection;
 use super::unit::{Quantity, Unit};
+use super::usage::Element;
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use wireloom_scenario::Places;
 
+mod identities;
 pub(super) mod modules;
 mod parts;
 mod tolerances;
 mod wires;
+
+pub(super) use identities::{End, Listed, ListedPlace, Wiring};
 
 type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
 
@@ -31,6 +36,12 @@ pub(super) struct Document {
     pub nodes: Vec<Node>,
     pub segments: Vec<Segment>,
     pub wires: Vec<Wire>,
+    /// Occurrences of all parts but wires.
+    pub listed: Vec<Listed>,
+    /// Wires with what they connect.
+    pub wiring: Vec<Wiring>,
+    /// The elements of the file, and the use that is made of them.
+    pub elements: Vec<Element>,
 }
 
 pub(super) struct Node {
@@ -105,6 +116,8 @@ impl Location {
 pub(super) struct Fixing {
     /// XML id of the assignment.
     pub id: String,
+    /// XML id of the fixing.
+    pub of: Option<String>,
     pub label: String,
     pub at: Location,
     pub placement: Option<Placement>,
@@ -153,6 +166,8 @@ pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -
         per_copper: HashMap::new(),
         places: Places::of(text),
         chosen: Chosen::default(),
+        used: RefCell::default(),
+        kept: HashSet::new(),
         findings,
     };
     reader.choose(root, selection)?;
@@ -166,7 +181,9 @@ pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -
     reader.read_tolerances(root, &mut segments, &segment_index)?;
     reader.note_unused(root, &nodes);
     reader.note_protection_lengths(root, &segments)?;
-    let document = Document { name: reader.name(root), nodes, segments, wires };
+    let (listed, wiring) = (reader.read_listed(root), reader.read_wiring(root));
+    let elements = reader.elements(root);
+    let document = Document { name: reader.name(root), nodes, segments, wires, listed, wiring, elements };
     if *selection == Selection::All { Ok(document) } else { document.with_wires_only(findings) }
 }
 
@@ -323,6 +340,10 @@ struct Reader<'a, 'i, 'f> {
     places: Places<'a>,
     /// The parts of the modules that are imported.
     chosen: Chosen<'a>,
+    /// Elements on which the computation depends: those that a reference has led to.
+    used: RefCell<HashSet<roxmltree::NodeId>>,
+    /// Elements that are kept, though they do not act.
+    kept: HashSet<roxmltree::NodeId>,
     findings: &'f mut Findings,
 }
 
@@ -347,7 +368,10 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     fn follow(&self, holder: Xml<'a, 'i>, found: &str, expected: &[&str]) -> Result<Xml<'a, 'i>, ImportError> {
         let target = self.ids.get(found).copied();
         match target {
-            Some(target) if expected.contains(&target.tag_name().name()) => Ok(target),
+            Some(target) if expected.contains(&target.tag_name().name()) => {
+                self.used.borrow_mut().insert(target.id());
+                Ok(target)
+            }
             _ => {
                 let (line, column) = place(&self.places, holder.range().start);
                 let actual = match target {

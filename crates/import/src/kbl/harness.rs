@@ -3,6 +3,7 @@
 use super::curve::Vector;
 use super::section::{Makeup, Types};
 use nalgebra::UnitQuaternion;
+use wireloom_core::identity::{Identities, Identity};
 
 /// The harness of a scenario. SI throughout.
 pub(super) struct Harness {
@@ -13,6 +14,10 @@ pub(super) struct Harness {
     pub branches: Vec<Branch>,
     pub joints: Vec<Joint>,
     pub constraints: Vec<Constraint>,
+    /// Identity of each constraint.
+    pub identities: Vec<Identity>,
+    /// Components and wires.
+    pub listed: Identities,
 }
 
 /// An end of branches: a node of the file.
@@ -99,5 +104,7 @@ pub(super) struct Constraint {
     pub frame: UnitQuaternion<f64>,
     /// kg, of the connector.
     pub mass: f64,
+    /// XML id of the connector or fixing; `None` where the file has none there.
+    pub of: Option<String>,
     pub remark: String,
 }

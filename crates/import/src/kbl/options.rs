@@ -1,6 +1,7 @@
 //! Options and result of an import.
 
 use super::findings::Finding;
+use super::usage::Usage;
 
 /// Options of the importer.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,4 +96,6 @@ pub struct Imported {
     pub scenario: String,
     /// Irregularities of the file and their treatment, equal ones together.
     pub findings: Vec<Finding>,
+    /// What was done with each kind of element of the file.
+    pub usage: Vec<Usage>,
 }

@@ -8,9 +8,11 @@ use super::harness::{Branch, Constraint, Harness, Place, Role, Section};
 use super::options::{Arrangement, Options};
 use super::section::{self, Types};
 use super::tree::Tree;
+use super::usage::Usage;
 use nalgebra::UnitQuaternion;
 use std::collections::HashSet;
 use std::fmt::Write;
+use wireloom_core::identity::{Identities, Identity, WireEnd};
 use wireloom_scenario::adjust;
 
 /// Number of points of the sweep over tolerances: enough for a yield within 3 % (one standard deviation).
@@ -67,7 +69,7 @@ fn fraction(value: f64) -> String {
 }
 
 /// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
-pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Findings) -> String {
+pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], findings: &mut Findings) -> String {
     let tree = Tree::new(harness);
     let board = (options.arrangement != Arrangement::Installed).then(|| board::lay(harness, &tree, findings));
     let mut out = String::new();
@@ -95,8 +97,11 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
                 if a != b {
                     let _ = writeln!(out, "path = [{a}, {b}]");
                 }
+                if options.arrangement == Arrangement::Assembly {
+                    write_line(&mut out, "drawn", branch);
+                }
             }
-            None => write_path(&mut out, branch),
+            None => write_line(&mut out, "path", branch),
         }
     }
     for joint in &harness.joints {
@@ -124,7 +129,8 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
     }
     match &board {
         Some(board) => write_board(&mut out, harness, &tree, board),
-        None => harness.constraints.iter().for_each(|constraint| write_constraint(&mut out, harness, constraint)),
+        None => (harness.constraints.iter().zip(&harness.identities))
+            .for_each(|(constraint, identity)| write_constraint(&mut out, harness, constraint, identity)),
     }
     write_weights(&mut out, harness);
     if let (Some(board), Arrangement::Assembly) = (&board, options.arrangement) {
@@ -137,7 +143,23 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
             "max_iterations = {MAX_ITERATIONS} # for loose ends that fall far and parts that snap through"
         );
     }
+    if options.arrangement == Arrangement::Board {
+        write_not_held(&mut out, harness, &tree);
+    }
+    write_listed(&mut out, &harness.listed);
     write_tolerances(&mut out, harness);
+    let _ = writeln!(
+        out,
+        "\n# Elements of the KBL file: those that the computation depends on, those that are named here and do not \
+         act, those\n# of other modules, and those that are not read."
+    );
+    for Usage { kind, total, used, kept, left_out, not_read } in usage {
+        let _ = writeln!(
+            out,
+            "# - {total} {}: {used} used, {kept} named, {left_out} of other modules, {not_read} not read",
+            comment(kind)
+        );
+    }
     if !findings.list.is_empty() {
         let _ = writeln!(out, "\n# Irregularities of the KBL file, and their treatment:");
         for finding in &findings.list {
@@ -145,6 +167,83 @@ pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Find
         }
     }
     out
+}
+
+/// Writes part number and the like.
+fn write_identity(out: &mut String, identity: &Identity) {
+    let Identity { part, description, supplier, colour } = identity;
+    for (key, text) in [("part", part), ("description", description), ("supplier", supplier), ("colour", colour)] {
+        write_text(out, key, text.as_deref());
+    }
+}
+
+/// Writes a text, if there is one that is not blank.
+fn write_text(out: &mut String, key: &str, text: Option<&str>) {
+    if let Some(text) = text {
+        let _ = writeln!(out, "{key} = {}", quoted(text));
+    }
+}
+
+/// Writes connectors and fixings as components that do not act: on the board only pegs hold the harness.
+fn write_not_held(out: &mut String, harness: &Harness, tree: &Tree) {
+    for (constraint, identity) in harness.constraints.iter().zip(&harness.identities) {
+        if matches!(constraint.at, Place::End(vertex) if tree.roots.contains(&vertex)) {
+            continue;
+        }
+        let kind = if constraint.role == Role::Connector { "connector" } else { "fixing" };
+        let _ = writeln!(out, "\n[[components]]\nname = {}\nkind = \"{kind}\"", quoted(&constraint.name));
+        write_identity(out, identity);
+        match constraint.at {
+            Place::End(vertex) | Place::Joint(vertex) => {
+                write_text(out, "vertex", Some(&harness.vertices[vertex].name));
+            }
+            Place::Along { branch, s } => {
+                write_text(out, "branch", Some(&harness.branches[branch].name));
+                let s = significant(s, 9);
+                let _ = writeln!(out, "from = {s}\nto = {s}");
+            }
+        }
+    }
+}
+
+/// Writes components that do not act, and wires.
+fn write_listed(out: &mut String, listed: &Identities) {
+    for component in &listed.components {
+        let _ = writeln!(out, "\n[[components]]\nname = {}", quoted(&component.name));
+        write_text(out, "kind", component.kind.as_deref());
+        write_identity(out, &component.identity);
+        write_text(out, "connector", component.connector.as_deref());
+        write_text(out, "cavity", component.cavity.as_deref());
+        write_text(out, "vertex", component.vertex.as_deref());
+        write_text(out, "branch", component.branch.as_deref());
+        for (key, s) in [("from", component.from), ("to", component.to)] {
+            if let Some(s) = s {
+                let _ = writeln!(out, "{key} = {}", significant(s, 9));
+            }
+        }
+    }
+    for connection in &listed.connections {
+        let _ = writeln!(out, "\n[[connections]]\nname = {}", quoted(&connection.name));
+        write_text(out, "signal", connection.signal.as_deref());
+        write_text(out, "wire", connection.wire.as_deref());
+        write_identity(out, &connection.identity);
+        let ends: Vec<String> = connection.ends.iter().map(wire_end).collect();
+        if !ends.is_empty() {
+            let _ = writeln!(out, "ends = [{}]", ends.join(", "));
+        }
+        let branches: Vec<String> = connection.branches.iter().map(|name| quoted(name)).collect();
+        if !branches.is_empty() {
+            let _ = writeln!(out, "branches = [{}]", branches.join(", "));
+        }
+    }
+}
+
+fn wire_end(end: &WireEnd) -> String {
+    let WireEnd { connector, cavity, terminal, seal } = end;
+    let keys = [("connector", connector), ("cavity", cavity), ("terminal", terminal), ("seal", seal)];
+    let given: Vec<String> =
+        keys.into_iter().filter_map(|(key, text)| Some(format!("{key} = {}", quoted(text.as_ref()?)))).collect();
+    format!("{{ {} }}", given.join(", "))
 }
 
 /// The tolerances of lengths as a sweep in comments.
@@ -210,11 +309,12 @@ fn write_section(out: &mut String, section: &Section, types: &Types) {
     }
 }
 
-fn write_path(out: &mut String, branch: &Branch) {
+/// Writes the drawn centre line of a branch.
+fn write_line(out: &mut String, key: &str, branch: &Branch) {
     let mut points: Vec<String> = branch.path.iter().map(vector).collect();
     points.dedup();
     if points.len() > 1 {
-        let _ = writeln!(out, "path = [\n  {},\n]", points.join(",\n  "));
+        let _ = writeln!(out, "{key} = [\n  {},\n]", points.join(",\n  "));
     }
 }
 
@@ -240,6 +340,8 @@ fn write_board(out: &mut String, harness: &Harness, tree: &Tree, board: &Board) 
             let _ = writeln!(out, "tangent = {}", vector(&(frame * Vector::z())));
             let _ = writeln!(out, "up = {}", vector(&(frame * Vector::x())));
         }
+        let plug = harness.constraints.iter().position(|constraint| constraint.at == Place::End(root));
+        plug.into_iter().for_each(|plug| write_identity(out, &harness.identities[plug]));
     }
     for peg in &board.pegs {
         let _ = writeln!(out, "\n[[constraints]]\nname = {}\nkind = \"handle\"", quoted(&peg.name));
@@ -302,6 +404,7 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
         let operation = if constraint.role == Role::Connector { "mate" } else { "clip" };
         let _ = writeln!(out, "[[steps.{operation}]]\nname = {}", quoted(&constraint.name));
         write_seat(out, harness, constraint);
+        write_identity(out, &harness.identities[install.constraint]);
     }
     let installed = assembly.installs.iter().map(|install| harness.constraints[install.constraint].at);
     let clipped: HashSet<usize> = installed.map(|at| tree.root_of(harness, at)).collect();
@@ -341,12 +444,13 @@ fn write_untwist(out: &mut String, harness: &Harness, assembly: &Assembly) {
     }
 }
 
-fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint) {
+fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint, identity: &Identity) {
     let _ = writeln!(out, "\n[[constraints]] # {}", comment(&constraint.remark));
     let _ = writeln!(out, "name = {}", quoted(&constraint.name));
     let kind = if constraint.role == Role::Connector { "connector" } else { "collar" };
     let _ = writeln!(out, "kind = \"{kind}\"");
     write_seat(out, harness, constraint);
+    write_identity(out, identity);
 }
 
 /// Writes the place that a constraint attaches to, and the pose that it holds.

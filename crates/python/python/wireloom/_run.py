@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -231,6 +232,18 @@ class Branch:
         """Order of the scheme in the length of segments, all along the branch: 4, or 2 where the mesh is coarse or
         graded or where something touches or slips, 1 for `mass-spring`. `None` where the error is not known."""
         return self._handle.order()
+
+    @property
+    def deviation(self) -> dict[str, Any] | None:
+        """Distance from the drawn centre line, m: `median`, `max`, `s` (arc length where it is largest); `cause` and
+        `reason` say why it is more than the diameter (`held elsewhere`, `few constraints` or `free end`), else `None`.
+        `None` where no line is drawn."""
+        found = self._handle.deviation()
+        if found is None:
+            return None
+        median, largest, s, cause = found
+        word, reason = (None, None) if cause is None else cause
+        return {"median": median, "max": largest, "s": s, "cause": word, "reason": reason}
 
     @property
     def s(self) -> Array:
@@ -465,6 +478,13 @@ class Run:
     def notes(self) -> list[str]:
         """Remarks on the harness and the run."""
         return self._handle.notes
+
+    @property
+    def identities(self) -> dict[str, Any]:
+        """Part numbers and the like, as in `result.json`: lists `parts` (of the model), `components` and `connections`;
+        those that are empty are left out."""
+        found: dict[str, Any] = json.loads(self._handle.identities())
+        return found
 
     @property
     def fault(self) -> str | None:

@@ -70,6 +70,14 @@ impl Scenario {
                 sections.len()
             )]
         };
+        if !self.unmatched.is_empty() {
+            notes.push(format!(
+                "catalogue: it has no entry for {} part number{} of constraints: {}",
+                self.unmatched.len(),
+                if self.unmatched.len() == 1 { "" } else { "s" },
+                self.unmatched.join(", ")
+            ));
+        }
         notes.extend(self.notes(&models));
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);
@@ -94,6 +102,7 @@ impl Scenario {
             steps: self.steps.clone(),
             increments: self.output.increments,
             clearances: self.output.clearance,
+            identities: self.identities.clone().into(),
         };
         Ok(Built { network, coarse, schedule, minimiser, stop: self.minimiser.stop, notes, sections })
     }
@@ -217,8 +226,8 @@ impl Scenario {
             let kind = registry.rod(&branch.rod).map(|kind| &kind.build);
             let label = format!("branch \"{}\"", branch.name);
             let rod: Option<Box<dyn RodSegment>> = made(kind, &spec, &branch.parameters, &label, &branch.spans, faults);
-            let (name, path) = (branch.name.clone(), branch.path.clone());
-            plans.extend(rod.map(|rod| BranchPlan { name, section, rod, path }));
+            let (name, path, drawn) = (branch.name.clone(), branch.path.clone(), branch.drawn().to_vec());
+            plans.extend(rod.map(|rod| BranchPlan { name, section, rod, path, drawn }));
         }
         plans
     }

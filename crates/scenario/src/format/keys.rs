@@ -2,6 +2,7 @@
 
 pub(crate) mod constraints;
 mod harness;
+pub(crate) mod identities;
 mod library;
 mod mechanisms;
 mod optimise;
@@ -22,6 +23,7 @@ pub(crate) use surroundings::OBSTACLE;
 
 use super::form::{Form, Keys, may, must};
 use crate::output::OUTPUT;
+use identities::{COMPONENT, CONNECTION};
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
 use mechanisms::MECHANISM;
 use optimise::OPTIMISE;
@@ -51,6 +53,12 @@ pub(crate) const SCENARIO: Keys = Keys {
         COVERINGS,
         FIXING_TYPES,
         may("library", Form::Table(&LIBRARY), "files with further wires, coverings, materials and types of fixings"),
+        may(
+            "catalogue",
+            Form::Name,
+            "a file of types of fixings with their part numbers, from the folder of the scenario; as one of [library] \
+             files. Part numbers of constraints that no type has are noted",
+        ),
         must("branches", Form::Tables(&BRANCH), "the branches of the harness; their ends name the vertices"),
         may("joints", Form::Tables(&JOINT), "joints of branches: one for every vertex of two or more branches"),
         may("constraints", Form::Tables(&CONSTRAINT), "constraints that hold the harness from the beginning"),
@@ -70,6 +78,12 @@ pub(crate) const SCENARIO: Keys = Keys {
         may("contact", Form::Table(&CONTACT), "contact of cables with each other and with the obstacles"),
         may("requirements", Form::Tables(&REQUIREMENT), "limits that the harness must keep at every increment"),
         may("markers", Form::Tables(&MARKER), "named material points, whose positions every result reports"),
+        may(
+            "components",
+            Form::Tables(&COMPONENT),
+            "components of the harness that are listed and do not act: protections, cavity plugs, splices, relays",
+        ),
+        may("connections", Form::Tables(&CONNECTION), "electrical connections: wires with their signals and cavities"),
         may("sweep", Form::Table(&SWEEP), "values over which `wireloom sweep` runs the scenario"),
         may("optimise", Form::Table(&OPTIMISE), "what `wireloom optimise` chooses, and to what end"),
     ],

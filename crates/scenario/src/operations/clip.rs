@@ -6,6 +6,7 @@ use crate::format::keys::constraints::{
     AT, FREE_AXIS, FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, MOUNT, NAME, ORIENTATION, PULL_OUT_FORCE, RAIL, SLIDE,
     TANGENT, UP,
 };
+use crate::format::keys::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use wireloom_core::Quantity;
 use wireloom_core::steps::Operation;
 
@@ -40,5 +41,9 @@ const KEYS: Keys = Keys {
         PULL_OUT_FORCE,
         MAX_MOMENT,
         INSERTION_FORCE,
+        PART,
+        DESCRIPTION,
+        SUPPLIER,
+        COLOUR,
     ],
 };

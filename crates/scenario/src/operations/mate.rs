@@ -7,6 +7,7 @@ use crate::format::form::{Family, Form, Keys, may, must};
 use crate::format::keys::constraints::{
     AT, HOLD, INSERTION_FORCE, MAX_MOMENT, MOUNT, ORIENTATION, PULL_OUT_FORCE, TANGENT, UP,
 };
+use crate::format::keys::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use crate::format::limits::POSITIVE;
 use crate::read::entry::Entry;
 use crate::read::kinds;
@@ -51,6 +52,10 @@ const KEYS: Keys = Keys {
         PULL_OUT_FORCE,
         MAX_MOMENT,
         INSERTION_FORCE,
+        PART,
+        DESCRIPTION,
+        SUPPLIER,
+        COLOUR,
     ],
 };
 
@@ -117,7 +122,8 @@ fn which(entry: &Entry<'_>, begun: Option<usize>, step: &Context<'_, '_>) -> Opt
         (true, false) => {
             kinds::read(entry);
             let of_its_own = ["kind", "at", "mount", "hold", "pull_out_force", "max_moment", "insertion_force"];
-            if let Some(key) = of_its_own.into_iter().find(|key| entry.has(key)) {
+            let identity = ["part", "description", "supplier", "colour"];
+            if let Some(key) = of_its_own.into_iter().chain(identity).find(|key| entry.has(key)) {
                 let message = format!("{} has `{key}` beside `constraint`", entry.label);
                 entry.fault_at(key, message, "give it where the constraint begins");
             }

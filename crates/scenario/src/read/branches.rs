@@ -6,6 +6,7 @@ use super::names::{Names, Vertex, lookup, register};
 use crate::format::limits::MAX_COUNT;
 use crate::scenario::{Branch, Division};
 use wireloom_core::Vector;
+use wireloom_core::identity::Identified;
 
 /// A branch. Marks the names as broken if something that it needs is missing.
 pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
@@ -30,6 +31,7 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         .and_then(|section| lookup(entry, "section", &names.sections, section, entry.span_of("section")).copied());
     let length = entry.number("length");
     names.lengths.push(length);
+    names.identify(entry, Identified::Branch, name);
     names.broken |= kind.is_none() || name.is_none() || from.is_none() || to.is_none();
     names.broken |= section.is_none() || length.is_none();
     let (rod, parameters) = kind.map(|kind| (kind.name, kind.parameters)).unwrap_or_default();
@@ -45,7 +47,8 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         rod,
         parameters,
         curvature: entry.vector("curvature").unwrap_or_default(),
-        path: path(entry),
+        path: path(entry, "path"),
+        own_drawn: path(entry, "drawn"),
         spans: entry.spans(),
     }
 }
@@ -87,11 +90,11 @@ fn division(entry: &Entry<'_>, length: Option<f64>, names: &mut Names<'_>) -> Di
     }
 }
 
-fn path(entry: &Entry<'_>) -> Vec<Vector> {
-    let path = entry.points("path").unwrap_or_default();
+fn path(entry: &Entry<'_>, key: &str) -> Vec<Vector> {
+    let path = entry.points(key).unwrap_or_default();
     if let Some(k) = path.windows(2).position(|pair| pair[0] == pair[1]) {
-        let message = format!("points {} and {} of `path` of {} coincide", k + 1, k + 2, entry.label);
-        entry.fault_at("path", message, "leave one of them out");
+        let message = format!("points {} and {} of `{key}` of {} coincide", k + 1, k + 2, entry.label);
+        entry.fault_at(key, message, "leave one of them out");
     }
     path
 }

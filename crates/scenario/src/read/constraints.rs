@@ -1,7 +1,7 @@
 //! Reads constraints.
 
 use super::entry::Entry;
-use super::fixing_types::FixingType;
+use super::fixing_types::{FixingType, of_part};
 use super::kinds;
 use super::mechanisms::{mount, refuse_turning};
 use super::names::{Names, register};
@@ -12,6 +12,7 @@ use crate::scenario::{Constraint, Facing};
 use toml::Spanned;
 use toml::de::DeValue;
 use wireloom_core::constraint::{Limits, Slide, SpanUse};
+use wireloom_core::identity::Identified;
 use wireloom_core::{HoldWord, Vector};
 
 /// A constraint; `nearest`: whether it may attach to the nearest place of a branch. `None` if it has no name of its
@@ -23,11 +24,16 @@ pub(crate) fn constraint<'a>(
     names: &mut Names<'a>,
 ) -> Option<Constraint> {
     let before = entry.reader.fault_count();
-    let (kind, of) = kinds::read_among(entry, &names.types).map(|(kind, of)| (kind, of.cloned())).unzip();
+    let of_part = type_of_part(entry, names).map(str::to_owned);
+    let (kind, of) =
+        kinds::read_among(entry, &names.types, of_part.as_deref()).map(|(kind, of)| (kind, of.cloned())).unzip();
     let of = of.flatten();
     let name = entry.word("name").filter(|name| begin(entry, name, names));
     // Not every entry has every key of a constraint: a grasp has no position, for example.
     let own = |key: &str| entry.keys.get(key).is_some();
+    if own("part") {
+        names.identify(entry, Identified::Constraint, name);
+    }
     let given = entry.one_or_more("at");
     let places: Vec<_> = given.iter().filter_map(|at| attachment(at, names, nearest)).collect();
     let span = if own("span") { entry.entry("span") } else { None };
@@ -82,6 +88,39 @@ pub(crate) fn constraint<'a>(
         from_start,
         spans: entry.spans(),
     })
+}
+
+/// The kind of a clip that its part number may say more about.
+const GENERIC: &str = "collar";
+
+/// The type of the part number of a constraint. It takes the place of a collar, the generic clip; another kind must be
+/// that of the type.
+fn type_of_part<'n>(entry: &Entry<'_>, names: &'n Names<'_>) -> Option<&'n str> {
+    entry.keys.get("part")?;
+    let part = entry.text("part")?;
+    let found = match of_part(&names.types, part) {
+        Ok(found) => found?,
+        Err(several) => {
+            let places: Vec<String> =
+                several.iter().map(|(name, own)| format!("{} (\"{name}\", \"{}\")", own.place, own.text)).collect();
+            let message =
+                format!("the part number \"{part}\" of {} fits several types: {}", entry.label, places.join(", "));
+            entry.fault_at("part", message, "give the number itself to one of them, or make the patterns narrower");
+            return None;
+        }
+    };
+    let of = names.types.get(found)?.as_ref()?;
+    let (key, _, default) = entry.keys.kind()?;
+    let kind = if entry.has(key) { entry.text(key) } else { default }?;
+    if names.types.contains_key(kind) || kind == GENERIC || kind == of.kind {
+        return Some(found);
+    }
+    let message = format!(
+        "{} has the part number \"{part}\", which is that of the type \"{found}\", a {}, and kind = \"{kind}\"",
+        entry.label, of.kind
+    );
+    entry.fault_at(key, message, format!("write kind = \"{found}\", or correct the part number"));
+    None
 }
 
 /// Gives a constraint its name; the name of a released one may be used again.

@@ -17,7 +17,7 @@ use super::reader::Reader;
 use super::requirements::{Named, marker, requirement};
 use super::steps::{Pull, Spin, steps};
 use super::sweep::sweep;
-use super::{joints, mechanisms, obstacles, plugins, sections};
+use super::{identities, joints, mechanisms, obstacles, plugins, sections};
 use crate::format::keys;
 use crate::output::{self, Output};
 use crate::scenario::{Branch, Joint, Scenario};
@@ -84,6 +84,8 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let (entries, mut taken) = (root.entries("markers").into_iter().enumerate(), BTreeMap::new());
     let markers = entries.filter_map(|(k, entry)| marker(&entry, k, &names, &mut taken)).collect();
     let output = root.entry("output").map_or_else(Output::default, |entry| output::read(&entry));
+    let unmatched = if root.has("catalogue") { identities::unmatched(&names) } else { Vec::new() };
+    let identities = identities::identities(&root, &names);
     let scenario = Scenario {
         name,
         gravity,
@@ -106,6 +108,8 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         markers,
         sweep,
         optimise,
+        identities,
+        unmatched,
         output,
     };
     (scenario, !names.broken)

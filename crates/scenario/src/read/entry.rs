@@ -121,6 +121,14 @@ impl<'a> Entry<'a> {
         self.node(name).and_then(|node| self.reader.word(name, node))
     }
 
+    /// The string of a key, if it is one that is not empty; faults are noted where the key is read by [`Self::word`].
+    pub fn text(&self, name: &str) -> Option<&'a str> {
+        match self.table.get(name).map(Spanned::get_ref) {
+            Some(DeValue::String(text)) if !text.is_empty() => Some(text.as_ref()),
+            _ => None,
+        }
+    }
+
     /// A number in SI.
     pub fn number(&self, name: &str) -> Option<f64> {
         let Form::Number(quantity, bound) = self.key(name).form else { unreachable!("{name} is no number") };

@@ -7,6 +7,7 @@ use crate::fault::listed;
 use crate::scenario::{Arm, Joint};
 use std::collections::BTreeMap;
 use wireloom_core::Rotation;
+use wireloom_core::identity::Identified;
 use wireloom_core::joint::WireShare;
 use wireloom_core::rotation::frame_from;
 
@@ -16,6 +17,7 @@ pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Join
     let mass = entry.number("mass").unwrap_or(0.0);
     let index = names.joints.len();
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.joints, name, index));
+    names.identify(entry, Identified::Joint, name);
     let fits = name.is_some_and(|name| vertex_joins(entry, name, names));
     let arm_entries = entry.entries("arms");
     let mut by_branch = BTreeMap::new();

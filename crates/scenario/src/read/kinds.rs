@@ -22,11 +22,16 @@ pub(crate) struct Chosen {
 /// The kind of an entry and its parameters; refuses all keys that are neither the entry's nor the kind's.
 /// `None` if the kind is unknown (then only keys of no kind at all are refused) or a parameter is faulty.
 pub(crate) fn read(entry: &Entry<'_>) -> Option<Chosen> {
-    read_among(entry, &Types::new()).map(|(chosen, _)| chosen)
+    read_among(entry, &Types::new(), None).map(|(chosen, _)| chosen)
 }
 
-/// Likewise, for an entry that may also name one of these types of fixings, which sets parameters.
-pub(crate) fn read_among<'t>(entry: &Entry<'_>, types: &'t Types) -> Option<(Chosen, Option<&'t FixingType>)> {
+/// Likewise, for an entry that may also name one of these types of fixings, which sets parameters; `of_part`: the type
+/// of its part number, which counts where it names a kind and not a type.
+pub(crate) fn read_among<'t>(
+    entry: &Entry<'_>,
+    types: &'t Types,
+    of_part: Option<&'t str>,
+) -> Option<(Chosen, Option<&'t FixingType>)> {
     let (key, family, default) = entry.keys.kind()?;
     let registry: &Registry = entry.reader.registry;
     let kinds = all(registry, family);
@@ -34,6 +39,7 @@ pub(crate) fn read_among<'t>(entry: &Entry<'_>, types: &'t Types) -> Option<(Cho
         Some(node) => entry.reader.word(key, node),
         None => default,
     };
+    let given = given.map(|name| of_part.filter(|_| !types.contains_key(name)).unwrap_or(name));
     let named = given.and_then(|name| types.get(name));
     let fixing_type = named.and_then(Option::as_ref);
     let own_name = fixing_type.map(|of| of.kind.as_str()).or(given);

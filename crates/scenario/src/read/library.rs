@@ -4,11 +4,11 @@
 use super::constraints::{hold, limits};
 use super::entry::Entry;
 use super::files::NoFiles;
-use super::fixing_types::{FixingType, Types};
+use super::fixing_types::{FixingType, PartNumbers, Types, squeezed};
 use super::include::{include, included};
 use super::kinds;
 use crate::bundle::{Covering, LOOSE, Layer, Material, Measured, Wire};
-use crate::fault::did_you_mean;
+use crate::fault::{Places, did_you_mean};
 use crate::format::keys::LIBRARY_FILE;
 use crate::span::Span;
 use std::collections::{BTreeMap, BTreeSet};
@@ -58,7 +58,9 @@ impl Library {
         let mut library = LIBRARY.clone();
         library.constraints = shipped_fixing_types(root.reader.registry);
         let mut from_files = BTreeSet::new();
-        for (path, span) in root.entry("library").map(|entry| entry.names("files")).unwrap_or_default() {
+        let files = root.entry("library").map(|entry| entry.names("files")).unwrap_or_default();
+        let catalogue = root.word("catalogue").map(|path| (path, root.span_of("catalogue")));
+        for (path, span) in files.into_iter().chain(catalogue) {
             include(root.reader, path, span, &LIBRARY_FILE, |entry| {
                 for label in library.read(entry) {
                     if !from_files.insert(label.clone()) {
@@ -68,7 +70,26 @@ impl Library {
             });
         }
         library.read(root);
+        library.refuse_doubled_parts(root);
         library
+    }
+
+    /// Refuses a part number that two types have.
+    fn refuse_doubled_parts(&self, root: &Entry<'_>) {
+        let mut known: BTreeMap<String, (&str, &PartNumbers)> = BTreeMap::new();
+        for (name, of) in &self.constraints {
+            for numbers in of.iter().flat_map(|of| &of.parts) {
+                if let Some((other, first)) = known.insert(squeezed(&numbers.text), (name, numbers)) {
+                    let key = if root.has("catalogue") { "catalogue" } else { "fixings" };
+                    let span = if root.has(key) { root.span_of(key) } else { root.span_of("library") };
+                    let message = format!(
+                        "the part number \"{}\" is given twice: {} (\"{other}\") and {} (\"{name}\")",
+                        numbers.text, first.place, numbers.place
+                    );
+                    root.reader.fault(span, message, "leave it out of one of them");
+                }
+            }
+        }
     }
 
     /// Adds the entries of a file or scenario; returns their labels.
@@ -87,7 +108,7 @@ impl Library {
             labels.push(covering.label);
         }
         for (name, constraint) in entry.named_entries("fixings") {
-            self.constraints.insert(name.to_owned(), read_fixing_type(name, &constraint));
+            self.constraints.insert(name.to_owned(), read_fixing_type(&entry.label, name, &constraint));
             labels.push(constraint.label);
         }
         labels
@@ -191,18 +212,20 @@ impl Library {
 /// The shipped types whose kinds `registry` has.
 pub(crate) fn shipped_fixing_types(registry: &Registry) -> Types {
     let (name, text) = SHIPPED_FIXING_TYPES;
-    let read = |entry: &Entry<'_>| {
-        let entries = entry.named_entries("fixings");
+    let read = |shipped: &Entry<'_>| {
+        let entries = shipped.named_entries("fixings");
         entries
             .iter()
-            .filter_map(|(name, entry)| Some(((*name).to_owned(), Some(read_fixing_type(name, entry)?))))
+            .filter_map(|(name, entry)| {
+                Some(((*name).to_owned(), Some(read_fixing_type(&shipped.label, name, entry)?)))
+            })
             .collect()
     };
     included(name, text, &NoFiles, registry, &LIBRARY_FILE, read).0.unwrap_or_default()
 }
 
-/// A type out of a file or scenario.
-fn read_fixing_type(name: &str, entry: &Entry<'_>) -> Option<FixingType> {
+/// A type out of a file or scenario, which messages call `file`.
+fn read_fixing_type(file: &str, name: &str, entry: &Entry<'_>) -> Option<FixingType> {
     let before = entry.reader.fault_count();
     let kind = kinds::read(entry);
     if entry.reader.registry.constraint(name).is_some() {
@@ -212,6 +235,12 @@ fn read_fixing_type(name: &str, entry: &Entry<'_>) -> Option<FixingType> {
     let doc = entry.word("doc").unwrap_or_default().to_owned();
     let hold = hold(entry);
     let needs = entry.choices("needs").into_iter().map(str::to_owned).collect();
+    let places = Places::of(entry.reader.text);
+    let numbers = |(text, span): (&str, Span)| {
+        let (line, column) = places.position(span.start);
+        PartNumbers { text: text.to_owned(), place: format!("{file}:{line}:{column}") }
+    };
+    let parts = entry.names("parts").into_iter().map(numbers).collect();
     let (slides, friction) = (entry.flag("slide") == Some(true), entry.number("friction"));
     if entry.has("friction") && !slides {
         let message = format!("{} has `friction`, but the cable does not slide", entry.label);
@@ -220,7 +249,7 @@ fn read_fixing_type(name: &str, entry: &Entry<'_>) -> Option<FixingType> {
     let slide = slides.then(|| Slide { friction: friction.unwrap_or(0.0) });
     let limits = limits(entry, &Limits::default());
     let kind = kind.filter(|_| entry.reader.fault_count() == before)?;
-    Some(FixingType { doc, kind: kind.kind, parameters: kind.parameters, hold, slide, limits, needs })
+    Some(FixingType { doc, kind: kind.kind, parameters: kind.parameters, hold, slide, limits, needs, parts })
 }
 
 /// The one that an entry is like, if any; `None`, with a fault, if it is unknown.

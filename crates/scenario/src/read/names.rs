@@ -2,10 +2,12 @@
 
 use super::entry::Entry;
 use super::fixing_types::Types;
+use super::identities::identity;
 use crate::fault::did_you_mean;
 use crate::span::Span;
 use std::borrow::{Borrow, Cow};
 use std::collections::{BTreeMap, BTreeSet};
+use wireloom_core::identity::{Identified, Part};
 use wireloom_core::mechanism::{Mechanism, Mount};
 
 /// A vertex.
@@ -44,12 +46,26 @@ pub(crate) struct Names<'a> {
     pub bodies: Qualified<Mount>,
     /// Joints of mechanisms: index of the mechanism, and of the joint in it.
     pub mechanism_joints: Qualified<(usize, usize)>,
+    /// Identities of the parts that have been read.
+    pub parts: Vec<Part>,
     /// Whether branches may leave their division to the accuracy of the mesh.
     pub by_accuracy: bool,
     /// Approximate number of segments.
     pub segments: f64,
     /// Whether a name refers to nothing, so that the harness cannot be built.
     pub broken: bool,
+}
+
+impl Names<'_> {
+    /// Notes the identity of a part, if its entry gives one. A constraint that begins again is the same part.
+    pub fn identify(&mut self, entry: &Entry<'_>, of: Identified, name: Option<&str>) {
+        let identity = identity(entry);
+        let Some(name) = name.filter(|_| !identity.is_empty()).map(str::to_owned) else { return };
+        let part = Part { of, name, identity };
+        if !self.parts.contains(&part) {
+            self.parts.push(part);
+        }
+    }
 }
 
 /// Gives a name of the family to an entry; false, with a fault, if it is taken.

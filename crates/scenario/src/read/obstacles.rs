@@ -6,6 +6,7 @@ use super::mechanisms::mount;
 use super::names::{Names, register};
 use super::places::facing;
 use crate::scenario::{Body, Facing};
+use wireloom_core::identity::Identified;
 use wireloom_core::mechanism::Mount;
 use wireloom_core::obstacle::{ContactSettings, Obstacle, ShapeFile, ShapeSpec};
 use wireloom_core::registry::BuildError;
@@ -21,6 +22,7 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
     let chosen = kinds::read(entry);
     let index = names.obstacles.len();
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.obstacles, name, index));
+    names.identify(entry, Identified::Obstacle, name);
     let (mesh, scale) = (entry.word("mesh"), entry.number("scale").unwrap_or(1.0));
     let position = entry.vector("position").unwrap_or_default();
     let orientation = match facing(entry) {

@@ -328,9 +328,9 @@ fn refuse_undrawn(entry: &Entry<'_>, of: &[Part], known: &Named<'_, '_>) {
     for part in of {
         let Part::Branch { branch, .. } = *part else { continue };
         let branch = &known.branches[branch];
-        if branch.path.is_empty() {
+        if branch.drawn().is_empty() {
             let message = format!("{}: branch \"{}\" has no drawn centre line", entry.label, branch.name);
-            entry.fault_at("of", message, "draw it: add `path` to the branch");
+            entry.fault_at("of", message, "draw it: add `path` or `drawn` to the branch");
             return;
         }
     }

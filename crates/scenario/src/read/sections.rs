@@ -8,6 +8,7 @@ use crate::format::units::unit_of;
 use crate::scenario::ByRule;
 use crate::span::Span;
 use wireloom_core::Section;
+use wireloom_core::identity::Identified;
 use wireloom_core::section::{FrictionElement, SectionFriction};
 
 /// Keys of a section that are measured values; in a section of wires they replace those of the rule.
@@ -33,6 +34,7 @@ pub(crate) fn section<'a>(
 ) -> (Section, Option<ByRule>) {
     let index = names.sections.len();
     names.sections.insert(name, index);
+    names.identify(entry, Identified::Section, Some(name));
     let by_rule = by_rule(index, entry, library);
     let bundle = by_rule.as_ref().map(|by_rule| &by_rule.bundle);
     let or_rule = |measured: Option<f64>, rule: fn(&Bundle) -> f64| measured.or(bundle.map(rule)).unwrap_or(1.0);

@@ -301,6 +301,7 @@ mod tests {
             bend_radius: vec![f64::INFINITY; n],
             twist_turns: 0.0,
             error: None,
+            deviation: None,
             friction: None,
             position,
         }

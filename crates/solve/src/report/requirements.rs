@@ -1,6 +1,7 @@
 //! Values of requirements at one equilibrium.
 
 use super::clearance::{self, CablePart, Cables};
+use super::deviation;
 use super::discretisation::NodalErrors;
 use super::lines;
 use super::result::{self, HeldSpan};
@@ -248,7 +249,7 @@ impl<'a> Equilibrium<'a> {
                 nodes(&|i| branch.moment[i].dot(&d3(i)).abs() / stiffness, &|i| errors.torsion[i]);
             }
             Measure::Deviation => {
-                nodes(&|i| distance_from(&own.path, &branch.position[i]), &|i| errors.position[i]);
+                nodes(&|i| deviation::distance_from(&own.drawn, &branch.position[i]), &|i| errors.position[i]);
             }
             Measure::Turns => {
                 let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
@@ -387,14 +388,4 @@ impl<'a> Equilibrium<'a> {
 
 fn at(value: f64, place: EventPlace) -> Found {
     Found { value, error: None, limit: None, place }
-}
-
-/// Distance of a point from a polygon, m.
-fn distance_from(path: &[Vector], x: &Vector) -> f64 {
-    let to_edge = |pair: &[Vector]| {
-        let edge = pair[1] - pair[0];
-        let t = (x - pair[0]).dot(&edge) / edge.norm_squared();
-        (x - pair[0] - edge * if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) }).norm()
-    };
-    path.windows(2).map(to_edge).fold(f64::INFINITY, f64::min)
 }

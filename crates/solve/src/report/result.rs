@@ -65,6 +65,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         bend_radius: Vec::with_capacity(n + 1),
         twist_turns: twist_turns(shape.frames),
         error: None,
+        deviation: None,
         friction: None,
     };
     let rest = branch.rod.law().map(|law| law.curvature);
@@ -503,6 +504,7 @@ mod tests {
             bend_radius: radii.to_vec(),
             twist_turns: 0.0,
             error: None,
+            deviation: None,
             friction: None,
         }
     }

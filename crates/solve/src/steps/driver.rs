@@ -95,6 +95,8 @@ pub(super) fn empty_run(schedule: &Schedule) -> Run {
         clearances: Vec::new(),
         requirements: Vec::new(),
         plugins: Vec::new(),
+        identities: schedule.identities.clone(),
+        drawn_start: None,
     }
 }
 

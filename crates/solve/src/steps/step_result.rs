@@ -2,6 +2,7 @@
 
 use super::driver::{Driver, is_balanced};
 use crate::report::clearance::Cables;
+use crate::report::deviation;
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
@@ -29,7 +30,9 @@ impl Driver<'_, '_> {
             _ => inspection.filter(|_| known).and_then(|inspection| inspection.stability.flag()),
         };
         let touching = self.problem.touching_points(&self.state);
-        let branches = self.branch_results(inspection, &touching);
+        let mut branches = self.branch_results(inspection, &touching);
+        let deviations = deviation::deviations(&self.problem, &branches);
+        branches.iter_mut().zip(deviations).for_each(|(branch, deviation)| branch.deviation = deviation);
         let minimiser = MinimiserResult {
             kind: self.minimiser.name().to_owned(),
             device: self.minimiser.device(),

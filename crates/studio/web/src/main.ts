@@ -5,6 +5,7 @@ import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } f
 import { difference, type Ghost } from "./compare";
 import { byId, download, element, later } from "./dom";
 import { along, decode, firstNodes, valueAt, type Frame } from "./frame";
+import { Drawing } from "./drawing";
 import { Envelope, type Choice } from "./envelope";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
@@ -30,7 +31,8 @@ const ranges = new Ranges();
 const envelope = new Envelope();
 /** What is shown of it; null: it has not been asked for yet. */
 let chosenEnvelope: Choice | null = null;
-view.scene.add(harness.group, phantom.group, bodies.group, envelope.group);
+const drawing = new Drawing();
+view.scene.add(harness.group, phantom.group, bodies.group, envelope.group, drawing.lines);
 view.before.push(() => bodies.atLeast());
 const labels = new Labels(view, bodies);
 
@@ -155,6 +157,8 @@ store.on("scene", (scene) => {
   if (branches !== drawn) harness.setScene(scene);
   drawn = branches;
   bodies.setScene(scene);
+  drawing.setScene(scene);
+  byId("drawing-row").hidden = !drawing.exists;
   panels.showScene(scene);
   if (!scene.live) byId("link").textContent = "finished run";
   if (scene.envelope && chosenEnvelope === null) void loadEnvelope();
@@ -468,9 +472,13 @@ hands.on("over", (over) => {
   if (!over || !scene || !shown) return;
   const lines: string[] = [];
   if (over.name) lines.push(over.name);
+  const identity = scene.constraints.find((constraint) => constraint.name === over.name)?.identity;
+  if (identity) lines.push(identity);
   if (over.point) {
     const { branch, s } = over.point;
     lines.push(`${scene.branches[branch].name}, s = ${millimetres(s)}`);
+    const part = scene.branches[branch].identity;
+    if (part) lines.push(part);
     for (const each of QUANTITIES) {
       const value = valueAt(shown, scene, branch, s, each.column);
       if (!Number.isNaN(value)) lines.push(`${each.name === "bend" ? "bend radius" : each.label.toLowerCase()} ${inWords(each, value)}`);
@@ -529,6 +537,12 @@ function picture(): void {
     (blob) => download(`${name}-${store.wanted}.png`, blob),
     () => tell("The picture could not be made."),
   );
+}
+
+function showDrawing(shown: boolean): void {
+  byId<HTMLInputElement>("drawing").checked = shown;
+  drawing.lines.visible = shown;
+  view.draw();
 }
 
 function toggleLabels(): void {
@@ -597,6 +611,7 @@ const keys: Key[] = [
   { keys: ["Ctrl+ArrowDown"], words: "Rotate the view down", act: () => view.turn(0, 0.1) },
   { keys: ["b"], words: "Colour by the next quantity", act: () => colourBy(QUANTITIES[(QUANTITIES.indexOf(quantity) + 1) % QUANTITIES.length].name) },
   { keys: ["k"], words: "Keep the shape as a ghost, or remove it", act: () => (ghost ? forgetGhost() : keepGhost()) },
+  { keys: ["d"], words: "Drawn centre lines, beside the computed ones", act: () => showDrawing(!byId<HTMLInputElement>("drawing").checked) },
   { keys: ["l"], words: "Names and forces in the picture", act: toggleLabels },
   { keys: ["s"], words: "Download the picture", act: picture },
 ];
@@ -619,6 +634,7 @@ for (const axis of ["x", "y", "z"] as const) click(`axis-${axis}`, () => toggleA
 click("labels-on", toggleLabels);
 byId("arrows").addEventListener("input", arrows);
 byId("arrows-on").addEventListener("change", arrows);
+byId("drawing").addEventListener("change", () => showDrawing(byId<HTMLInputElement>("drawing").checked));
 
 /** For tests: what the page knows and where things are on the screen. */
 declare global {

@@ -30,6 +30,9 @@ export interface Wishes {
 /** Numbers that stand in a column. */
 const short = (value: number) => (Math.abs(value) < 0.005 ? "0" : value.toFixed(Math.abs(value) < 10 ? 2 : Math.abs(value) < 100 ? 1 : 0).replace("-", "−"));
 
+/** Part number and the like, where there is one. */
+const identity = (words: string | null): Node[] => (words === null ? [] : [element("p", { class: "quiet" }, words)]);
+
 export class Panels {
   private sheet = element("section", { id: "sheet", "aria-label": "Requirements" });
   private passed = element("details", {});
@@ -130,7 +133,7 @@ export class Panels {
     this.rows.clear();
     const body = element("tbody", {});
     for (const constraint of scene.constraints) {
-      const row = element("tr", {}, element("td", {}, element("button", { class: "plain", title: constraint.kind, onclick: () => this.hands.choose({ is: "constraint", name: constraint.name }) }, constraint.name)), ...Array.from({ length: 5 }, () => element("td", {})));
+      const row = element("tr", {}, element("td", {}, element("button", { class: "plain", title: [constraint.kind, constraint.identity].filter((words) => words !== null).join(": "), onclick: () => this.hands.choose({ is: "constraint", name: constraint.name }) }, constraint.name)), ...Array.from({ length: 5 }, () => element("td", {})));
       this.rows.set(constraint.name, row);
       body.append(row);
     }
@@ -311,13 +314,14 @@ export class Panels {
       const { branch, s } = chosen;
       this.chosen.replaceChildren(
         element("p", {}, element("strong", {}, scene.branches[branch].name), ` at s = ${millimetres(s)}`),
+        ...identity(scene.branches[branch].identity),
         this.facts,
         ...(live ? [element("div", { class: "buttons" }, button("Hold", "Adds a handle here (H)", () => this.hands.hold(branch, s, "handle")), button("Pin", "Held as it is: position, tangent and twist (P)", () => this.hands.hold(branch, s, "pin")), button("Clip", "A clip closes here: position and tangent (C)", () => this.hands.hold(branch, s, "collar")))] : []),
       );
       this.lookAt(branch);
     } else {
       const constraint = this.hands.constraint()!;
-      const parts: (Node | string)[] = [element("p", {}, element("strong", {}, constraint.name), element("span", { class: "quiet" }, ` ${constraint.kind}${constraint.place ? ` on ${constraint.place[0]}` : ""}`)), this.facts];
+      const parts: (Node | string)[] = [element("p", {}, element("strong", {}, constraint.name), element("span", { class: "quiet" }, ` ${constraint.kind}${constraint.place ? ` on ${constraint.place[0]}` : ""}`)), ...identity(constraint.identity), this.facts];
       if (live) {
         this.acts = element(
           "div",

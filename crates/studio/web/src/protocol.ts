@@ -93,7 +93,15 @@ nodes: number,
 /**
  * Unstressed length, m.
  */
-length: number, };
+length: number, 
+/**
+ * Part number, description, supplier and colour in words.
+ */
+identity: string | null, 
+/**
+ * Drawn centre line, m: x, y, z of each point; empty where none is drawn.
+ */
+drawn: Array<number>, };
 
 export type Joint = { 
 /**
@@ -118,6 +126,10 @@ name: string,
  * Kind: `connector`, `collar`, `handle` or another one.
  */
 kind: string, 
+/**
+ * Part number, description, supplier and colour in words.
+ */
+identity: string | null, 
 /**
  * Branch, and arc length (m) along it; none for a constraint at a joint or along a span.
  */

@@ -70,14 +70,14 @@ export function violation(given) {
 /** A Y whose arm is lifted and bent too tightly; `nodes` a branch; `lines`: of its sheet; `violations(frame)`: those of a frame; `noise`: in place of every force and moment. */
 export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", status = "converged", violations = (_frame) => [], noise = null } = {}) {
   const branches = [
-    { name: "trunk", diameter: 0.012, bend_radius_limit: 0.06, nodes, length: 0.6 },
-    { name: HOSTILE, diameter: 0.008, bend_radius_limit: 0.05, nodes, length: 0.4 },
-    { name: "right", diameter: 0.008, bend_radius_limit: null, nodes, length: 0.4 },
+    { name: "trunk", diameter: 0.012, bend_radius_limit: 0.06, nodes, length: 0.6, identity: null, drawn: [] },
+    { name: HOSTILE, diameter: 0.008, bend_radius_limit: 0.05, nodes, length: 0.4, identity: null, drawn: [] },
+    { name: "right", diameter: 0.008, bend_radius_limit: null, nodes, length: 0.4, identity: null, drawn: [] },
   ];
   const corners = [];
   for (const x of [0.25, 0.4]) for (const y of [-0.25, -0.05]) for (const z of [-0.2, -0.12]) corners.push(x, y, z);
   const sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-  const constraint = (name, kind, place, by_hand = false) => ({ name, kind, place, moves: true, turns: kind === "connector", by_hand });
+  const constraint = (name, kind, place, by_hand = false) => ({ name, kind, place, moves: true, turns: kind === "connector", by_hand, identity: null });
   /** @type {import("../src/protocol").Scene} */
   const scene = {
     name: "made-up",

@@ -165,6 +165,7 @@ impl Sketch {
                 rod: (rods.build)(&spec, &none).expect("a rod"),
                 section: spec.section,
                 path: vec![],
+                drawn: vec![],
             }
         });
         let branches: Vec<_> = branches.collect();

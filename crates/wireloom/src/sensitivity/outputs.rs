@@ -161,6 +161,8 @@ fn alone(end: &StepResult) -> Run {
         clearances: Vec::new(),
         requirements: Vec::new(),
         plugins: Vec::new(),
+        identities: Default::default(),
+        drawn_start: None,
     }
 }
 

@@ -156,6 +156,8 @@ impl Session {
             clearances: Vec::new(),
             requirements: sheet.to_vec(),
             plugins: Vec::new(),
+            identities: harness.schedule.identities.clone(),
+            drawn_start: None,
         }
     }
 

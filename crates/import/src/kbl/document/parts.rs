@@ -1,41 +1,10 @@
-//! Connectors and fixings on the topology, and the elements of the file that are not read.
+//! Connectors and fixings on the topology.
 
 use super::{
     Component, Fixing, ImportError, Node, Placement, Quantity, Reader, Vector, Xml, child, child_text, children,
     number, title,
 };
-use std::collections::{BTreeMap, BTreeSet};
-
-/// Children of `KBL_container` and `Harness` that are read.
-const READ: [&str; 27] = [
-    "Assembly_part",
-    "Assembly_part_occurrence",
-    "Cartesian_point",
-    "Component_box",
-    "Component_box_occurrence",
-    "Connection",
-    "Connector_housing",
-    "Connector_occurrence",
-    "Default_dimension_specification",
-    "Dimension_specification",
-    "Fixing",
-    "Fixing_occurrence",
-    "General_terminal",
-    "General_wire",
-    "General_wire_occurrence",
-    "Harness",
-    "Harness_configuration",
-    "Module",
-    "Module_configuration",
-    "Node",
-    "Routing",
-    "Segment",
-    "Special_terminal_occurrence",
-    "Unit",
-    "Wire_occurrence",
-    "Wire_protection",
-    "Wire_protection_occurrence",
-];
+use std::collections::BTreeSet;
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
     /// A component. Its name is its `Id`, or that of the component that it is a part of (as the connectors of a
@@ -52,6 +21,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let part = child_text(component, "Part").and_then(|reference| self.ids.get(reference).copied());
         let mass = match part {
             Some(part) if child(part, "Mass_information").is_some() => {
+                self.used.borrow_mut().insert(part.id());
                 self.value(part, "Mass_information", Quantity::Mass)?
             }
             _ => None,
@@ -98,8 +68,12 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 .and_then(|fixing| child_text(fixing, "Part"))
                 .and_then(|reference| self.ids.get(reference).copied());
             let kind = part.and_then(|part| child_text(part, "Fixing_type")).unwrap_or_default();
+            if !kind.is_empty() {
+                self.used.borrow_mut().extend(part.map(|part| part.id()));
+            }
             fixings.push(Fixing {
                 id: own.to_owned(),
+                of: fixing.and_then(|fixing| fixing.attribute("id")).map(str::to_owned),
                 label: fixing.and_then(|fixing| child_text(fixing, "Id")).unwrap_or(own).to_owned(),
                 at,
                 placement: fixing.map(|fixing| self.placement(fixing)).transpose()?.flatten(),
@@ -109,8 +83,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         Ok(fixings)
     }
 
-    /// Reports parts of the file that are not in the scenario: fixings and connectors that nothing refers to, and
-    /// elements that are not read.
+    /// Reports fixings and connectors of the file that nothing refers to: they do not act.
     pub(super) fn note_unused(&mut self, root: Xml<'a, 'i>, nodes: &[Node]) {
         let placed: BTreeSet<&str> =
             nodes.iter().flat_map(|node| &node.components).map(|component| component.id.as_str()).collect();
@@ -118,7 +91,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             .flat_map(|segment| children(segment, "Fixing_assignment"))
             .filter_map(|assignment| child_text(assignment, "Fixing"))
             .collect();
-        let mut unread: BTreeMap<&str, usize> = BTreeMap::new();
         for harness in children(root, "Harness") {
             for occurrence in children(harness, "Fixing_occurrence") {
                 let id = occurrence.attribute("id").unwrap_or_default();
@@ -139,16 +111,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                     self.findings.add_to("connectors sit at no node; left out", format!("{id} `{label}`"));
                 }
             }
-        }
-        for node in root.children().chain(children(root, "Harness").flat_map(|harness| harness.children())) {
-            // Elements whose only content is text describe the document, not the harness.
-            let plain = !node.children().any(|child| child.is_element());
-            if node.is_element() && !plain && !READ.contains(&node.tag_name().name()) {
-                *unread.entry(node.tag_name().name()).or_default() += 1;
-            }
-        }
-        for (name, count) in unread {
-            self.findings.add_to("elements that are not read", format!("{count} {name}"));
         }
     }
 }

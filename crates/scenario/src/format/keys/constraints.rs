@@ -1,5 +1,6 @@
 //! Constraints and loads, and where they attach.
 
+use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
 use crate::format::limits::{ANY, DRAG_COEFFICIENT, FRICTION_COEFFICIENT, LOAD_FACTOR, POSITIVE};
 use wireloom_core::Quantity;
@@ -91,6 +92,10 @@ pub(crate) const CONSTRAINT: Keys = Keys {
         PULL_OUT_FORCE,
         MAX_MOMENT,
         INSERTION_FORCE,
+        PART,
+        DESCRIPTION,
+        SUPPLIER,
+        COLOUR,
     ],
 };
 

@@ -1,5 +1,6 @@
 //! Branches and joints.
 
+use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Keys, may, must};
 use crate::format::limits::{FRACTION, MAX_COUNT, NON_NEGATIVE, POSITIVE, SPAN_LENGTH};
 use wireloom_core::Quantity;
@@ -28,8 +29,19 @@ pub(crate) const BRANCH: Keys = Keys {
         may(
             "path",
             Form::Points(2),
-            "drawn centre line from `from` to `to`, world coordinates; only the initial shape depends on it",
+            "centre line along which it is laid at the start, from `from` to `to`, world coordinates; only the initial \
+             shape depends on it",
         ),
+        may(
+            "drawn",
+            Form::Points(2),
+            "drawn centre line, with which results are compared, where that is not `path`: as where the harness starts \
+             on a board and is drawn in the vehicle",
+        ),
+        PART,
+        DESCRIPTION,
+        SUPPLIER,
+        COLOUR,
     ],
 };
 
@@ -42,6 +54,10 @@ pub(crate) const JOINT: Keys = Keys {
         must("arms", Form::Tables(&ARM), "one entry for every branch that ends here"),
         may("wires", Form::Tables(&WIRES), "wires that run through; default: by stiffness"),
         may("mass", Form::Number(Quantity::Mass, NON_NEGATIVE), "mass; default 0"),
+        PART,
+        DESCRIPTION,
+        SUPPLIER,
+        COLOUR,
     ],
 };
 

@@ -1,6 +1,7 @@
 //! The library: sections, wires, coverings, materials, types of fixings, and files with them.
 
 use super::constraints::{FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, PULL_OUT_FORCE, SLIDE};
+use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
 use crate::format::limits::{
     ANY, DIAMETER, FRACTION, HARDENING, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION,
@@ -98,6 +99,10 @@ pub(crate) const SECTION: Keys = Keys {
             "friction within it, beside the elastic stiffness: its wires slip, and what is bent keeps a set",
         ),
         may("set", Form::Table(&SECTION_SET), "bends beyond a limit are permanent; needs one bending stiffness"),
+        PART,
+        DESCRIPTION,
+        SUPPLIER,
+        COLOUR,
     ],
 };
 
@@ -318,6 +323,12 @@ pub(crate) const FIXING_TYPE: Keys = Keys {
     what: "fixing type",
     keys: &[
         may("doc", Form::Name, "short description"),
+        may(
+            "parts",
+            Form::Names,
+            "part numbers of this type, * for any text and ? for one character, such as [\"8K0 971 *\"]; spaces do not \
+             count. A constraint whose `part` fits is of this type",
+        ),
         may(
             "kind",
             Form::Kind(Family::Constraint, Some("collar")),

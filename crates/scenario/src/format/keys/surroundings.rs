@@ -1,6 +1,7 @@
 //! Obstacles and contact.
 
 use super::constraints::{MOUNT, NAME};
+use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Keys, may, with};
 use crate::format::limits::{FRICTION_COEFFICIENT, NON_NEGATIVE, POSITIVE};
 use wireloom_core::Quantity;
@@ -46,6 +47,10 @@ pub(crate) const OBSTACLE: Keys = Keys {
             Form::Number(Quantity::Force, POSITIVE),
             "largest sum of the sizes of its contact forces on the cables",
         ),
+        PART,
+        DESCRIPTION,
+        SUPPLIER,
+        COLOUR,
     ],
 };
 
