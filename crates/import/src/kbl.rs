@@ -22,8 +22,8 @@
 //! **Frames.** Every branch carries one untwisted (rotation-minimising) frame field along its drawn centre line. Joint
 //! arms and connectors take their orientations from it, so that the harness as drawn is free of twist.
 //!
-//! **Board.** The tree of the harness unfolded in a plane below the vehicle, with straight branches of true length and
-//! the order of the arms at every joint ([`crate::layout`]). Elastic pegs hold it; the board itself bears nothing.
+//! **Board.** The harness flat below the vehicle ([`wireloom_formboard`]), built there: joints have the angles of the
+//! board at rest. Elastic pegs bear its weight; the board itself bears nothing.
 //!
 //! **Assembly.** Hands at joints move the harness from the board to the vehicle. Then one connector or clip after the
 //! other is moved to its seat, outward from the connector of the heaviest branch; a hand is released when everything
