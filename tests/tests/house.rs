@@ -63,6 +63,8 @@ const ONE_NAMES: &[(&str, &str)] = &[
     ("wgpu*", "gpu"),
     ("libloading", "host"),
     ("parquet", "export"),
+    ("dxf", "formboard"),
+    ("pdf-writer", "formboard"),
     ("cap-*", "cli"),
     ("clap", "cli"),
     ("comfy-table", "cli"),

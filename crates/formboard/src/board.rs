@@ -152,11 +152,8 @@ pub fn lay(harness: &Harness, options: &Options) -> Result<Board, Error> {
         radius: 0.5 * branch.diameter,
         bend: bend_limit(branch),
     });
-    let graph = Graph {
-        vertices: harness.vertices.len(),
-        strands: strands.collect(),
-        leaves_at: leaves_at(harness, &planes),
-    };
+    let graph =
+        Graph { vertices: harness.vertices.len(), strands: strands.collect(), leaves_at: leaves_at(harness, &planes) };
     let inner = |board: [f64; 2]| board.map(|x| x - 2.0 * options.margin);
     let outer = |size: [f64; 2]| size.map(|x| x + 2.0 * options.margin);
     let too_small = |board, needed| Error::TooSmall { board, needed: outer(needed), margin: options.margin };
@@ -166,8 +163,9 @@ pub fn lay(harness: &Harness, options: &Options) -> Result<Board, Error> {
     let layout = match options.board.filter(|board| !fits(*board)) {
         None => straight,
         Some(board) if inner(board).iter().any(|x| *x <= 0.0) => return Err(too_small(board, straight.size)),
-        Some(board) => lay_out(&graph, &Room { board: Some(inner(board)), ..free })
-            .map_err(|_| too_small(board, straight.size))?,
+        Some(board) => {
+            lay_out(&graph, &Room { board: Some(inner(board)), ..free }).map_err(|_| too_small(board, straight.size))?
+        }
     };
 
     let ways = harness.ways(&layout.cut);
@@ -262,8 +260,7 @@ impl Board {
     /// The board turned about its corner, then moved; size and margin stay.
     #[must_use]
     pub fn moved(mut self, turn: f64, by: Point) -> Self {
-        let (rotation, about_z) =
-            (nalgebra::Rotation2::new(turn), Rotation::from_axis_angle(&Vector::z_axis(), turn));
+        let (rotation, about_z) = (nalgebra::Rotation2::new(turn), Rotation::from_axis_angle(&Vector::z_axis(), turn));
         for line in &mut self.lines {
             line.start = rotation * line.start + by;
             line.direction += turn;

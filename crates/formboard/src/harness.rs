@@ -21,8 +21,15 @@ pub struct Harness {
 pub struct Vertex {
     /// Its name.
     pub name: String,
-    /// Weight of what is mounted there, N: a connector.
-    pub weight: f64,
+    /// What is mounted there: a connector.
+    pub part: Option<String>,
+}
+
+impl Vertex {
+    /// What is written beside it.
+    pub fn label(&self) -> &str {
+        self.part.as_deref().unwrap_or(&self.name)
+    }
 }
 
 /// A branch.

@@ -6,7 +6,7 @@
 //! ```
 //! use wireloom_formboard::{Arm, Branch, Harness, Joint, Options, Rotation, Vector, Vertex, lay};
 //!
-//! let vertex = |name: &str| Vertex { name: name.to_owned(), weight: 0.0 };
+//! let vertex = |name: &str| Vertex { name: name.to_owned(), part: None };
 //! let branch = |name: &str, ends: [usize; 2], length: f64| Branch {
 //!     name: name.to_owned(),
 //!     ends,

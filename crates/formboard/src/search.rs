@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! breaches of clearance + part that lies beyond the board + bends and turns of the trunk + bends of branches
-//!   + area of the board / area of the start + deviation of angles from the drawn ones
+//!   + area of the board / area of the start + squares of the deviations of angles from the drawn ones
 //! ```
 //!
 //! The first two must become zero: a layout that has them is none. A move turns a branch with all that it carries, turns
@@ -31,7 +31,7 @@ const BREACH: [f64; 2] = [0.3, 10.0];
 const BEYOND: [f64; 2] = [2.0, 30.0];
 const TRUNK: f64 = 0.5;
 const BEND: f64 = 0.05;
-const DEVIATION: f64 = 0.3;
+const DEVIATION: f64 = 3.0;
 
 /// Temperatures at the begin and the end.
 const TEMPERATURES: [f64; 2] = [0.05, 2e-5];
@@ -106,7 +106,7 @@ struct State {
     /// Sum of all breaches, and the number of pairs that have one.
     breaches: f64,
     broken: usize,
-    /// Sum of deviations.
+    /// Sum of the squares of deviations.
     deviations: f64,
     /// Area of the start, m².
     area: f64,
@@ -147,9 +147,9 @@ impl State {
     /// Part of the size that lies beyond the board.
     fn beyond(&self) -> f64 {
         let size = self.size();
-        self.limits.board.map_or(0.0, |[width, height]| {
-            (size.x / width - 1.0).max(0.0) + (size.y / height - 1.0).max(0.0)
-        })
+        self.limits
+            .board
+            .map_or(0.0, |[width, height]| (size.x / width - 1.0).max(0.0) + (size.y / height - 1.0).max(0.0))
     }
 
     fn feasible(&self) -> bool {

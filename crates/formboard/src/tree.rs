@@ -266,14 +266,14 @@ impl Tree {
         found
     }
 
-    /// Deviation of a limb from the angle that it should make, as a fraction of half a turn.
+    /// Square of the deviation of a limb from the angle that it should make, as a fraction of half a turn.
     pub fn deviation(&self, limb: usize) -> f64 {
         let own = &self.limbs[limb];
         let base = own.parent.map_or(0.0, |p| {
             let parent = &self.limbs[p].line;
             parent.direction_at(parent.length)
         });
-        2.0 * wrapped(own.line.direction - base - own.wanted).abs() / TAU
+        (2.0 * wrapped(own.line.direction - base - own.wanted) / TAU).powi(2)
     }
 
     /// The line of a limb in the sense of its branch.

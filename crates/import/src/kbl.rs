@@ -42,6 +42,7 @@ mod findings;
 mod harness;
 mod names;
 mod options;
+mod runs;
 mod section;
 mod segments;
 mod tree;
@@ -50,7 +51,7 @@ mod write;
 
 pub use error::ImportError;
 pub use findings::Finding;
-pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant};
+pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant, WireRun};
 
 use findings::Findings;
 
@@ -68,7 +69,8 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     let document = document::read(text, &options.selection, &mut findings)?;
     let harness = convert::convert(&document, options, &mut findings)?;
     let scenario = write::scenario(&harness, options, &mut findings);
-    Ok(Imported { scenario, findings: findings.list })
+    let wires = runs::runs(&document, &harness);
+    Ok(Imported { scenario, findings: findings.list, wires })
 }
 
 /// The modules and variants of a KBL file, for [`Options::selection`].

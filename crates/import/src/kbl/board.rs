@@ -88,7 +88,7 @@ impl Board {
 
 /// The harness for the layout.
 fn of(harness: &Harness, tree: &Tree) -> formboard::Harness {
-    let vertices = harness.vertices.iter().map(|v| formboard::Vertex { name: v.name.clone(), weight: 0.0 });
+    let vertices = harness.vertices.iter().map(|v| formboard::Vertex { name: v.name.clone(), part: None });
     let branches = harness.branches.iter().map(|branch| formboard::Branch {
         name: branch.name.clone(),
         ends: branch.ends,
@@ -103,8 +103,7 @@ fn of(harness: &Harness, tree: &Tree) -> formboard::Harness {
         formboard::Joint { vertex: joint.vertex, arms: arms.collect() }
     });
     let (vertices, joints) = (vertices.collect(), joints.collect());
-    let mut flat =
-        formboard::Harness { vertices, branches: branches.collect(), joints, roots: tree.roots.clone() };
+    let mut flat = formboard::Harness { vertices, branches: branches.collect(), joints, roots: tree.roots.clone() };
     for constraint in &harness.constraints {
         if let Place::Along { branch, s } = constraint.at {
             flat.branches[branch].clips.push(formboard::Clip { name: constraint.name.clone(), s });

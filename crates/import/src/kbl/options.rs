@@ -95,4 +95,21 @@ pub struct Imported {
     pub scenario: String,
     /// Irregularities of the file and their treatment, equal ones together.
     pub findings: Vec<Finding>,
+    /// Its wires, in the order of the file; a cable has one for each core.
+    pub wires: Vec<WireRun>,
+}
+
+/// A wire on its way through the harness.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WireRun {
+    /// Its XML id.
+    pub name: String,
+    /// m².
+    pub copper_area: Option<f64>,
+    /// m.
+    pub diameter: Option<f64>,
+    /// Vertices where it ends.
+    pub ends: Vec<String>,
+    /// Length within the harness, without what it needs in connectors, m.
+    pub length: f64,
 }
