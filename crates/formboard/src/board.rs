@@ -7,6 +7,7 @@ use crate::line::{Line, Point};
 use crate::pegs::{Peg, pegs};
 use crate::tree::Strand;
 use crate::{Rotation, Vector};
+use nalgebra::Matrix3;
 use std::fmt::{self, Display, Formatter};
 
 /// Width and height of a sheet A0 on its side, m.
@@ -204,6 +205,18 @@ pub fn lay(harness: &Harness, options: &Options) -> Result<Board, Error> {
     Ok(board)
 }
 
+/// The rotation R that brings frames D nearest to others B: it maximises `Σ tr(Bᵀ R D)`, so it is that of the polar
+/// decomposition of `Σ B Dᵀ` (Kabsch 1976).
+fn fitted(pairs: impl Iterator<Item = (Rotation, Rotation)>) -> Rotation {
+    let matrix = |q: Rotation| q.to_rotation_matrix().into_inner();
+    let sum: Matrix3<f64> = pairs.map(|(own, flat)| matrix(flat) * matrix(own).transpose()).sum();
+    let svd = sum.svd(true, true);
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return Rotation::identity() };
+    let mut last = Matrix3::identity();
+    last[(2, 2)] = (u * v).determinant().signum();
+    Rotation::from_matrix(&(u * last * v))
+}
+
 /// The least bend radius of a branch, m.
 fn bend_limit(branch: &crate::Branch) -> f64 {
     branch.min_bend_radius.unwrap_or(BEND_RADIUS * branch.diameter)
@@ -246,6 +259,20 @@ impl Board {
     pub fn frame(&self, branch: usize, s: f64) -> Rotation {
         let turn = self.lines[branch].curvature * s;
         Rotation::from_axis_angle(&Vector::z_axis(), turn) * self.frames[branch]
+    }
+
+    /// Frames of the arms of every joint at rest, for a harness that keeps the part `memory` (0 to 1) of the angles of
+    /// the board, and else those that `harness` has: each turns by this part from one to the other.
+    pub fn rest(&self, harness: &Harness, memory: f64) -> Vec<Vec<Rotation>> {
+        let of_joint = |(joint, flat): (&crate::Joint, &Vec<Rotation>)| {
+            let both = || joint.arms.iter().map(|arm| arm.orientation).zip(flat.iter().copied());
+            let turn = fitted(both());
+            let between = |(own, flat): (Rotation, Rotation)| {
+                if memory == 1.0 { flat } else { (turn * own).try_slerp(&flat, memory, 1e-9).unwrap_or(flat) }
+            };
+            both().map(between).collect()
+        };
+        harness.joints.iter().zip(&self.arms).map(of_joint).collect()
     }
 
     /// Points of a centre line, from its first to its second end: two, if it is straight; of a bent one so many that

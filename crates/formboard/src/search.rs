@@ -8,9 +8,9 @@
 //!   + area of the board / area of the start + squares of the deviations of angles from the drawn ones
 //! ```
 //!
-//! The first two must become zero: a layout that has them is none. A move turns a branch with all that it carries, turns
-//! it alone, reflects what it carries, or bends it. Only what a move changes is computed anew. The same harness gives
-//! the same board: the generator of random numbers has a fixed seed, and no clock is read.
+//! The first two must become zero: a layout that has them is none. A move turns a branch with all that it carries,
+//! turns it alone, reflects what it carries, or bends it. Only what a move changes is computed anew. The same harness
+//! gives the same board: the generator of random numbers has a fixed seed, and no clock is read.
 
 use crate::clearance::Rules;
 use crate::line::{Point, wrapped};

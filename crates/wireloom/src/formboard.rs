@@ -20,7 +20,6 @@ pub use wireloom_formboard::{
 };
 
 use drawing::{Drawing, Table};
-use nalgebra::Matrix3;
 use std::collections::{HashMap, HashSet};
 use wireloom_core::load::LoadAction;
 use wireloom_core::{Registry, Rotation, Vector};
@@ -254,37 +253,26 @@ impl Flattened<'_> {
         }
     }
 
-    /// Arms of a joint that stay, with the frames on the board.
-    fn arms(&self, joint: usize) -> Vec<(&Arm, Rotation)> {
-        let own = &self.harness.joints[joint];
-        let both = own.arms.iter().zip(&self.board.arms[joint]);
-        let stays = |arm: &Arm| !self.is_cut(arm.branch) || self.harness.branches[arm.branch].ends[0] == own.vertex;
-        both.filter(|(arm, _)| stays(arm)).map(|(arm, frame)| (arm, *frame)).collect()
+    /// Whether an arm of a joint is there on the board.
+    fn stays(&self, joint: &Joint, arm: &Arm) -> bool {
+        !self.is_cut(arm.branch) || self.harness.branches[arm.branch].ends[0] == joint.vertex
     }
 
     fn joints(&self) -> Vec<FlatJoint> {
-        let mut joints = Vec::new();
-        for (k, joint) in self.harness.joints.iter().enumerate() {
-            let arms = self.arms(k);
-            if arms.len() < 2 {
-                continue;
-            }
-            let turn = fitted(&arms);
-            let arms = arms.iter().map(|(arm, flat)| {
-                let rest = (turn * arm.orientation).try_slerp(flat, self.memory, 1e-9).unwrap_or(*flat);
-                (self.harness.branches[arm.branch].name.clone(), quaternion(&rest))
-            });
-            joints.push(FlatJoint { name: self.harness.vertices[joint.vertex].name.clone(), arms: arms.collect() });
-        }
-        joints
+        let rest = self.board.rest(self.harness, self.memory);
+        let all = self.harness.joints.iter().zip(rest).map(|(joint, rest)| {
+            let arms = joint.arms.iter().zip(rest).filter(|(arm, _)| self.stays(joint, arm));
+            let named =
+                |(arm, rest): (&Arm, Rotation)| (self.harness.branches[arm.branch].name.clone(), quaternion(&rest));
+            FlatJoint { name: self.harness.vertices[joint.vertex].name.clone(), arms: arms.map(named).collect() }
+        });
+        all.filter(|joint| joint.arms.len() > 1).collect()
     }
 
     /// Pegs, and at the root of each piece a support that holds the whole pose.
     fn held(&self) -> Vec<Held> {
-        let joints: HashSet<usize> = (0..self.harness.joints.len())
-            .filter(|&k| self.arms(k).len() > 1)
-            .map(|k| self.harness.joints[k].vertex)
-            .collect();
+        let several = |joint: &&Joint| joint.arms.iter().filter(|arm| self.stays(joint, arm)).count() > 1;
+        let joints: HashSet<usize> = self.harness.joints.iter().filter(several).map(|joint| joint.vertex).collect();
         let mut roots = self.roots();
         let held = |peg: &Peg| {
             let (at, how) = match peg.at {
@@ -366,22 +354,6 @@ impl Flattened<'_> {
         }
         (weights, others)
     }
-}
-
-/// The rotation that brings the frames of arms nearest to those on the board: it maximises `Σ tr(Bᵀ R D)`, so it is
-/// that of the polar decomposition of `Σ B Dᵀ` (Kabsch 1976).
-fn fitted(arms: &[(&Arm, Rotation)]) -> Rotation {
-    let sum: Matrix3<f64> = arms
-        .iter()
-        .map(|(arm, flat)| {
-            flat.to_rotation_matrix().matrix() * arm.orientation.to_rotation_matrix().matrix().transpose()
-        })
-        .sum();
-    let svd = sum.svd(true, true);
-    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return Rotation::identity() };
-    let mut last = Matrix3::identity();
-    last[(2, 2)] = (u * v).determinant().signum();
-    Rotation::from_matrix(&(u * last * v))
 }
 
 /// `[w, x, y, z]` with w ≥ 0.

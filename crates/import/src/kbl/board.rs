@@ -11,13 +11,13 @@ use wireloom_formboard::{Options, Point};
 /// Distance, m, of the board below the lowest point of the installed harness.
 const BELOW: f64 = 0.3;
 
-/// The flat harness. It is at rest there: the frames of the arms are those of the joints at rest.
+/// The flat harness.
 pub(super) struct Board {
     flat: formboard::Board,
     /// Height of the board, m.
     height: f64,
     pub pegs: Vec<Peg>,
-    /// Frames of the arms of every joint on the board.
+    /// Frames of the arms of every joint at rest.
     pub arms: Vec<Vec<UnitQuaternion<f64>>>,
     /// Positions of the vertices, m.
     pub points: Vec<Vector>,
@@ -38,8 +38,9 @@ impl Peg {
 
 /// The harness on the board, which lies below the vehicle, turned about the vertical to be as near as possible to the
 /// installed harness.
-pub(super) fn lay(harness: &Harness, tree: &Tree, findings: &mut Findings) -> Board {
-    let laid = formboard::lay(&of(harness, tree), &Options::default());
+pub(super) fn lay(harness: &Harness, tree: &Tree, memory: f64, findings: &mut Findings) -> Board {
+    let own = of(harness, tree);
+    let laid = formboard::lay(&own, &Options::default());
     // A board of its own size holds every harness, and an import without branches is refused before.
     let flat = laid.unwrap_or_else(|fault| unreachable!("{fault}"));
     note(harness, &flat, findings);
@@ -62,7 +63,7 @@ pub(super) fn lay(harness: &Harness, tree: &Tree, findings: &mut Findings) -> Bo
         };
         Some(Peg { name: peg.name.clone(), at, position: raised(&peg.position) })
     });
-    let (pegs, arms) = (pegs.collect(), flat.arms.clone());
+    let (pegs, arms) = (pegs.collect(), flat.rest(&own, memory));
     Board { flat, height, pegs, arms, points }
 }
 

@@ -11,6 +11,9 @@ pub struct Options {
     pub accuracy: Option<f64>,
     /// The initial and the final arrangement of the scenario.
     pub arrangement: Arrangement,
+    /// Which part of the angles of the board joints have at rest, 0 to 1, if the scenario begins there: 1 if the
+    /// harness is built flat and at rest on the board, 0 if its joints keep their drawn angles.
+    pub memory: f64,
     /// Order of installation of [`Arrangement::Assembly`].
     pub order: Order,
     /// The modules that are imported.
@@ -22,7 +25,15 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let (arrangement, order) = (Arrangement::Installed, Order::Outward);
-        Self { max_segment: 0.010, accuracy: None, arrangement, order, selection: Selection::All, name: None }
+        Self {
+            max_segment: 0.010,
+            accuracy: None,
+            arrangement,
+            memory: 1.0,
+            order,
+            selection: Selection::All,
+            name: None,
+        }
     }
 }
 

@@ -69,9 +69,10 @@ fn fraction(value: f64) -> String {
 /// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
 pub(super) fn scenario(harness: &Harness, options: &Options, findings: &mut Findings) -> String {
     let tree = Tree::new(harness);
-    let board = (options.arrangement != Arrangement::Installed).then(|| board::lay(harness, &tree, findings));
+    let board =
+        (options.arrangement != Arrangement::Installed).then(|| board::lay(harness, &tree, options.memory, findings));
     let mut out = String::new();
-    header(&mut out, harness, options.arrangement);
+    header(&mut out, harness, options);
     let name_of = |vertex: usize| &harness.vertices[vertex].name;
     write_types(&mut out, &harness.types);
     for section in &harness.sections {
@@ -393,7 +394,7 @@ fn write_weights(out: &mut String, harness: &Harness) {
     }
 }
 
-fn header(out: &mut String, harness: &Harness, arrangement: Arrangement) {
+fn header(out: &mut String, harness: &Harness, options: &Options) {
     out.push_str(
         "# Made from a KBL file (VDA 4964) by wireloom-import. SI units: m, kg, N, N m².
 #
@@ -405,17 +406,19 @@ fn header(out: &mut String, harness: &Harness, arrangement: Arrangement) {
 # Joints: two arms are coupled by their common wires: share = Σ common EI / Σ EI of the wires of the arm named first.
 ",
     );
-    out.push_str(match arrangement {
-        Arrangement::Installed => {
-            "# Drawn: paths are the drawn centre lines. Every branch has one untwisted frame field along its path; arms and
-# connectors take theirs from it.
-"
-        }
-        Arrangement::Board | Arrangement::Assembly => {
-            "# Built flat: paths and the arms of joints are those on the board, where the harness is at rest.
-"
-        }
-    });
+    let _ = match options.arrangement {
+        Arrangement::Installed => writeln!(
+            out,
+            "# Drawn: paths are the drawn centre lines. Every branch has one untwisted frame field along its path; \
+             arms and\n# connectors take theirs from it."
+        ),
+        Arrangement::Board | Arrangement::Assembly => writeln!(
+            out,
+            "# On the board: paths are those there. At rest the arms of joints have the angles of the board, with a \
+             memory of {}\n# (1: built flat and at rest there; 0: the drawn angles).",
+            significant(options.memory, 9)
+        ),
+    };
     let _ = writeln!(out, "\nschema = 1\nname = {}", quoted(&harness.name));
 }
 
