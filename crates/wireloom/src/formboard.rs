@@ -293,7 +293,10 @@ impl Flattened<'_> {
                     (Attachment::Branch(name, s), Hold::Spring(Peg::STIFFNESS))
                 }
             };
-            Held { name: peg.name.clone(), at, position: [peg.position.x, peg.position.y, 0.0], how }
+            // What holds the whole pose is no peg.
+            let root = matches!(how, Hold::Position | Hold::Pose(..));
+            let name = if root { format!("root, {}", peg.name) } else { peg.name.clone() };
+            Held { name, at, position: [peg.position.x, peg.position.y, 0.0], how }
         };
         self.board.pegs.iter().map(held).collect()
     }
