@@ -660,6 +660,10 @@ fn import_small() -> Checked {
     let ended =
         place.run(&["import", "kbl", kbl, "--as", "assembly", "--order", "outward", "--seed", "3"])?.expect(1)?;
     ensure(ended.err.contains("add --order random"), &ended)?;
+    let ended = place.run(&["import", "kbl", kbl, "--memory", "0.3"])?.expect(1)?;
+    ensure(ended.err.contains("add --as board or --as assembly"), &ended)?;
+    let ended = place.run(&["import", "kbl", kbl, "--as", "board", "--memory", "1.3"])?.expect(1)?;
+    ensure(ended.err.contains("between 0 (as drawn) and 1 (as on the board), not 1.3"), &ended)?;
     place.file("not.kbl", "<other/>")?;
     let ended = place.run(&["import", "kbl", "not.kbl"])?.expect(1)?;
     ensure(ended.err.starts_with("error: not.kbl cannot be imported: 1:1: "), &ended)

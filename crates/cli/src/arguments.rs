@@ -116,6 +116,13 @@ pub enum Command {
         #[command(subcommand)]
         format: Format,
     },
+    /// Lay the harness of a scenario or a KBL file flat on a formboard, and draw it at 1:1
+    ///
+    /// Writes board.svg, board.dxf, board.pdf (pages at 1:1 with marks, tables of parts, branches and wires) and
+    /// board.toml, a scenario of the harness built flat: it is at rest there, held by pegs. Branches have their true
+    /// lengths; none cross or come nearer to each other than their radii and the gap, except beside forks. The trunk,
+    /// which is the longest way through the harness, is straight unless the board is shorter; loops are cut open.
+    Formboard(FormboardArguments),
     /// Make, check and list plugins: libraries with further kinds
     Plugin {
         #[command(subcommand)]
@@ -584,6 +591,47 @@ pub enum Format {
 }
 
 #[derive(Args)]
+pub struct FormboardArguments {
+    /// A scenario (.toml) or a KBL file (.kbl, .xml)
+    pub file: PathBuf,
+    /// Folder for the board, made where it is missing
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Width and height of the board in mm or with units, such as 4000x1600 or "4 m x 1.6 m" [default: as many sheets
+    /// A0, lying side by side, as the harness needs with a straight trunk]
+    #[arg(long, value_name = "WxH", value_parser = values::board)]
+    pub board: Option<[f64; 2]>,
+    /// Distance between the surfaces of branches beside each other, in mm or with a unit
+    #[arg(long, value_name = "LENGTH", default_value = "5 mm", value_parser = values::millimetres)]
+    pub gap: f64,
+    /// Distance of the harness from the edges of the board, in mm or with a unit
+    #[arg(long, value_name = "LENGTH", default_value = "50 mm", value_parser = values::millimetres)]
+    pub margin: f64,
+    /// Paper of the PDF
+    #[arg(long, value_enum, default_value_t = Paper::A0)]
+    pub paper: Paper,
+    /// Which part of the angles of the board the harness of board.toml keeps: 1 if it is built flat and at rest, 0 if
+    /// it keeps those of the file
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub memory: f64,
+    /// Of a KBL file: take the modules of this variant instead of all
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    #[command(flatten)]
+    pub allowed: Allowed,
+}
+
+/// Sizes of paper.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum Paper {
+    A0,
+    A1,
+    A2,
+    A3,
+    A4,
+}
+
+#[derive(Args)]
 pub struct StepArguments {
     /// The STEP file
     pub file: PathBuf,
@@ -621,6 +669,10 @@ pub struct KblArguments {
     /// Start and end of the scenario
     #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = KblArrangement::Installed)]
     pub arrangement: KblArrangement,
+    /// Which part of the angles of the board the joints have at rest, with --as board or assembly: 1 if the harness is
+    /// built flat and at rest there, 0 if its joints keep their drawn angles [default: 1]
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
+    pub memory: Option<f64>,
     /// Order in which an assembly installs connectors and clips [default: outward]
     #[arg(long, value_enum)]
     pub order: Option<KblOrder>,

@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod devices;
 mod explain;
+mod formboard;
 mod identify;
 mod import;
 mod models;
@@ -46,6 +47,7 @@ pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Fail
         Command::Explain { key, allowed } => explain::explain(key, allowed, out),
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
         Command::Import { format: Format::Step(arguments) } => import::step::step(arguments, out),
+        Command::Formboard(arguments) => formboard::formboard(arguments, out),
         Command::Bench(arguments) => bench::bench(arguments, out),
     }
 }

@@ -25,8 +25,8 @@
 //! **Frames.** Every branch carries one untwisted (rotation-minimising) frame field along its drawn centre line. Joint
 //! arms and connectors take their orientations from it, so that the harness as drawn is free of twist.
 //!
-//! **Board.** The tree of the harness unfolded in a plane below the vehicle, with straight branches of true length and
-//! the order of the arms at every joint ([`crate::layout`]). Elastic pegs hold it; the board itself bears nothing.
+//! **Board.** The harness flat below the vehicle ([`wireloom_formboard`]), built there: joints have the angles of the
+//! board at rest. Elastic pegs bear its weight; the board itself bears nothing.
 //!
 //! **Assembly.** Hands at joints move the harness from the board to the vehicle. Then one connector or clip after the
 //! other is moved to its seat, outward from the connector of the heaviest branch; a hand is released when everything
@@ -46,6 +46,7 @@ mod harness;
 mod identities;
 mod names;
 mod options;
+mod runs;
 mod section;
 mod segments;
 mod tree;
@@ -55,7 +56,7 @@ mod write;
 
 pub use error::ImportError;
 pub use findings::Finding;
-pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant};
+pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant, WireRun};
 pub use usage::Usage;
 
 use findings::Findings;
@@ -71,6 +72,9 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     if !(options.max_segment.is_finite() && options.max_segment > 0.0) {
         return Err(ImportError::MaxSegment { found: options.max_segment });
     }
+    if !(0.0..=1.0).contains(&options.memory) {
+        return Err(ImportError::Memory { found: options.memory });
+    }
     let mut findings = Findings::default();
     let mut document = document::read(text, &options.selection, &mut findings)?;
     let (harness, acting) = convert::convert(&document, options, &mut findings)?;
@@ -82,7 +86,8 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
         findings.add_to("elements that are not read", format!("{} {}", own.not_read, own.kind));
     }
     let scenario = write::scenario(&harness, options, &usage, &mut findings);
-    Ok(Imported { scenario, findings: findings.list, usage })
+    let wires = runs::runs(&document, &harness);
+    Ok(Imported { scenario, findings: findings.list, usage, wires })
 }
 
 /// The modules and variants of a KBL file, for [`Options::selection`].

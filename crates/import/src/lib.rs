@@ -8,4 +8,3 @@
 //! `constraints`) → `harness` (the data) → `write` (TOML text; `tree`, `board` and `assembly` for installation).
 
 pub mod kbl;
-pub mod layout;

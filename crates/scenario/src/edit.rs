@@ -2,6 +2,7 @@
 
 pub mod adjust;
 pub(crate) mod apply;
+pub mod flat;
 mod key_path;
 pub mod number;
 pub mod record;

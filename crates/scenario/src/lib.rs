@@ -35,7 +35,7 @@ pub mod sweep;
 pub use attachment::{At, Stretch};
 pub use build::network::Built;
 pub use edit::number::{Number, number_at, value_for};
-pub use edit::{adjust, record};
+pub use edit::{adjust, flat, record};
 pub use fault::{Fault, Places, render};
 pub use format::explain;
 pub use format::limits::MAX_COUNT as MAX_SEGMENTS;

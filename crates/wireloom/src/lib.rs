@@ -56,6 +56,7 @@
 //! | choose numbers and words so that an objective is smallest | [`optimise`] |
 //! | tell whether runs ended in the same equilibrium | [`compare`] |
 //! | write JSON, CSV, VTK, glTF, pictures, reports | [`export`] |
+//! | lay a harness on a formboard, with drawings | `formboard` |
 //! | add own rods, joints, constraints, minimisers | [`parts`], [`geometry`] |
 //! | look into the harness that is computed | [`harness`], [`shapes`] |
 //!
@@ -65,6 +66,7 @@
 //!
 //! | feature | adds |
 //! | --- | --- |
+//! | `formboard` | module `formboard`: the harness flat, drawn as SVG, DXF and PDF (dxf, pdf-writer) |
 //! | `gpu` | module `gpu` and the minimiser of this name (wgpu) |
 //! | `kbl` | module `import`: KBL files to scenarios (roxmltree) |
 //! | `parquet` | `export::table::Writer` and `read` (parquet) |
@@ -79,6 +81,8 @@ pub mod bench;
 pub mod compare;
 mod drawn_start;
 pub mod export;
+#[cfg(feature = "formboard")]
+pub mod formboard;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;

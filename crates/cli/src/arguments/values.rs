@@ -14,6 +14,14 @@ pub fn millimetres(text: &str) -> Result<f64, String> {
     length_in(text, 1000.0)
 }
 
+/// Width and height in m from `4000x1600`, which is in mm, or `4 m x 1.6 m`.
+pub fn board(text: &str) -> Result<[f64; 2], String> {
+    let Some((width, height)) = text.split_once(['x', '×']) else {
+        return Err(format!("`{text}` is no width and height: write such as 4000x1600 (mm) or \"4 m x 1.6 m\""));
+    };
+    Ok([millimetres(width)?, millimetres(height)?])
+}
+
 /// A length in m; a number without a unit is divided by `plain`.
 fn length_in(text: &str, plain: f64) -> Result<f64, String> {
     let text = text.trim();
@@ -64,7 +72,17 @@ pub fn setting(set: &str) -> Result<Setting, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{length, millimetres, range, ratio};
+    use super::{board, length, millimetres, range, ratio};
+
+    #[test]
+    fn boards_have_a_width_and_a_height() {
+        for text in ["4000x1600", "4 m x 1.6 m", "4000 mm × 160 cm"] {
+            assert_eq!(board(text), Ok([4.0, 1.6]), "{text}");
+        }
+        for text in ["", "4000", "4000x", "x1600", "4000x-1", "0x10", "4000xlarge", "1x2x3", "inf x 1"] {
+            assert!(board(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn ranges_have_two_ends() {

@@ -29,6 +29,15 @@ fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Fa
     }
 }
 
+/// The memory of the board; a harness as installed has none.
+fn memory(arguments: &KblArguments, arrangement: Arrangement) -> Result<f64, Failure> {
+    if arguments.memory.is_some() && arrangement == Arrangement::Installed {
+        let message = "--memory says how much a harness keeps of its board; add --as board or --as assembly";
+        return Err(Failure::Input(message.to_owned()));
+    }
+    Ok(arguments.memory.unwrap_or(Options::default().memory))
+}
+
 /// Accuracy of a mesh whose user asks for none.
 const ACCURACY: f64 = 0.02;
 
@@ -52,6 +61,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         max_segment: arguments.spacing.unwrap_or(Options::default().max_segment),
         accuracy: arguments.spacing.is_none().then(|| arguments.accuracy.unwrap_or(ACCURACY)),
         arrangement,
+        memory: memory(arguments, arrangement)?,
         order: order(arguments, arrangement)?,
         selection: match &arguments.variant {
             Some(name) => Selection::Variant(name.clone()),

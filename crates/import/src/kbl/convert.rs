@@ -59,6 +59,8 @@ pub(super) fn convert(
                 length: laid[index].length,
                 tolerance: segment.tolerance,
                 linear_density: laid[index].bundle.linear_density,
+                diameter: laid[index].bundle.diameter,
+                min_bend_radius: laid[index].bundle.min_bend_radius,
                 path: if coincide { Vec::new() } else { laid[index].curve.path(options.max_segment) },
                 remark: format!("{}: {}", segment.id, segment.label),
             }

@@ -148,6 +148,12 @@ pub enum ImportError {
         /// Value found, m.
         found: f64,
     },
+    /// The memory of the board is none.
+    #[error("the memory must be between 0 (as drawn) and 1 (as on the board), not {found}")]
+    Memory {
+        /// As given.
+        found: f64,
+    },
 }
 
 impl ImportError {

@@ -45,6 +45,10 @@ pub(super) struct Branch {
     pub tolerance: Option<[f64; 2]>,
     /// kg/m.
     pub linear_density: f64,
+    /// m.
+    pub diameter: f64,
+    /// m.
+    pub min_bend_radius: f64,
     /// Centre line from the first end to the second, m; empty if both ends are drawn at one point.
     pub path: Vec<Vector>,
     pub remark: String,

@@ -12,6 +12,9 @@ pub struct Options {
     pub accuracy: Option<f64>,
     /// The initial and the final arrangement of the scenario.
     pub arrangement: Arrangement,
+    /// Which part of the angles of the board joints have at rest, 0 to 1, if the scenario begins there: 1 if the
+    /// harness is built flat and at rest on the board, 0 if its joints keep their drawn angles.
+    pub memory: f64,
     /// Order of installation of [`Arrangement::Assembly`].
     pub order: Order,
     /// The modules that are imported.
@@ -23,7 +26,15 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let (arrangement, order) = (Arrangement::Installed, Order::Outward);
-        Self { max_segment: 0.010, accuracy: None, arrangement, order, selection: Selection::All, name: None }
+        Self {
+            max_segment: 0.010,
+            accuracy: None,
+            arrangement,
+            memory: 1.0,
+            order,
+            selection: Selection::All,
+            name: None,
+        }
     }
 }
 
@@ -98,4 +109,21 @@ pub struct Imported {
     pub findings: Vec<Finding>,
     /// What was done with each kind of element of the file.
     pub usage: Vec<Usage>,
+    /// Its wires, in the order of the file; a cable has one for each core.
+    pub wires: Vec<WireRun>,
+}
+
+/// A wire on its way through the harness.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WireRun {
+    /// Its XML id.
+    pub name: String,
+    /// m².
+    pub copper_area: Option<f64>,
+    /// m.
+    pub diameter: Option<f64>,
+    /// Vertices where it ends.
+    pub ends: Vec<String>,
+    /// Length within the harness, without what it needs in connectors, m.
+    pub length: f64,
 }

@@ -71,9 +71,10 @@ fn fraction(value: f64) -> String {
 /// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
 pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], findings: &mut Findings) -> String {
     let tree = Tree::new(harness);
-    let board = (options.arrangement != Arrangement::Installed).then(|| board::lay(harness, &tree, findings));
+    let board =
+        (options.arrangement != Arrangement::Installed).then(|| board::lay(harness, &tree, options.memory, findings));
     let mut out = String::new();
-    header(&mut out, harness);
+    header(&mut out, harness, options);
     let name_of = |vertex: usize| &harness.vertices[vertex].name;
     write_types(&mut out, &harness.types);
     for section in &harness.sections {
@@ -82,7 +83,7 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
     if let Some(accuracy) = options.accuracy {
         let _ = writeln!(out, "\n[mesh]\naccuracy = \"{} %\"", significant(accuracy * 1e2, 9));
     }
-    for branch in &harness.branches {
+    for (index, branch) in harness.branches.iter().enumerate() {
         let _ = writeln!(out, "\n[[branches]] # {}", comment(&branch.remark));
         let _ = writeln!(out, "name = {}", quoted(&branch.name));
         let _ = writeln!(out, "from = {}\nto = {}", quoted(name_of(branch.ends[0])), quoted(name_of(branch.ends[1])));
@@ -93,9 +94,9 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
         }
         match &board {
             Some(board) => {
-                let [a, b] = branch.ends.map(|end| vector(&board.points[end]));
-                if a != b {
-                    let _ = writeln!(out, "path = [{a}, {b}]");
+                let path: Vec<String> = board.path(harness, index).iter().map(vector).collect();
+                if path.first() != path.last() {
+                    let _ = writeln!(out, "path = [{}]", path.join(", "));
                 }
                 if options.arrangement == Arrangement::Assembly {
                     write_line(&mut out, "drawn", branch);
@@ -104,10 +105,11 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
             None => write_line(&mut out, "path", branch),
         }
     }
-    for joint in &harness.joints {
+    for (index, joint) in harness.joints.iter().enumerate() {
         let _ = writeln!(out, "\n[[joints]]\nname = {}\nmodel = \"cosserat\"\narms = [", quoted(name_of(joint.vertex)));
-        for arm in &joint.arms {
-            let (branch, frame) = (quoted(&harness.branches[arm.branch].name), quaternion(&arm.orientation));
+        for (k, arm) in joint.arms.iter().enumerate() {
+            let rest = board.as_ref().map_or(&arm.orientation, |board| &board.arms[index][k]);
+            let (branch, frame) = (quoted(&harness.branches[arm.branch].name), quaternion(rest));
             let _ = writeln!(out, "  {{ branch = {branch}, orientation = {frame} }},");
         }
         let _ = writeln!(out, "]");
@@ -336,7 +338,7 @@ fn write_board(out: &mut String, harness: &Harness, tree: &Tree, board: &Board) 
         let _ = writeln!(out, "at = {}\nposition = {}", place(harness, at), vector(&board.points[root]));
         let branch = harness.branches.iter().position(|branch| branch.ends.contains(&root));
         if let Some(branch) = branch.filter(|_| !is_joint) {
-            let frame = board.frames[branch];
+            let frame = board.frame(harness, branch, root);
             let _ = writeln!(out, "tangent = {}", vector(&(frame * Vector::z())));
             let _ = writeln!(out, "up = {}", vector(&(frame * Vector::x())));
         }
@@ -496,20 +498,31 @@ fn write_weights(out: &mut String, harness: &Harness) {
     }
 }
 
-fn header(out: &mut String, harness: &Harness) {
+fn header(out: &mut String, harness: &Harness, options: &Options) {
     out.push_str(
         "# Made from a KBL file (VDA 4964) by wireloom-import. SI units: m, kg, N, N m².
 #
 # Lengths: Physical_length where the file gives it, else Virtual_length, which is that of the drawn curve.
-# Paths: the drawn centre lines, from `from` to `to`; branches are straight at rest.
-# Orientations: every branch has one untwisted frame field along its path; arms and connectors take theirs from it.
-#
+# Paths: from `from` to `to`; branches are straight at rest.
 # KBL contains no stiffness. Sections follow from their wires and coverings by the rule of the library, with a factor of
 # about two of uncertainty in bending; `wireloom check` prints the values and bounds. Where it matters, write measured
 # values (bending_stiffness, torsion_stiffness, …) beside the wires: they take precedence over the rule.
 # Joints: two arms are coupled by their common wires: share = Σ common EI / Σ EI of the wires of the arm named first.
 ",
     );
+    let _ = match options.arrangement {
+        Arrangement::Installed => writeln!(
+            out,
+            "# Drawn: paths are the drawn centre lines. Every branch has one untwisted frame field along its path; \
+             arms and\n# connectors take theirs from it."
+        ),
+        Arrangement::Board | Arrangement::Assembly => writeln!(
+            out,
+            "# On the board: paths are those there. At rest the arms of joints have the angles of the board, with a \
+             memory of {}\n# (1: built flat and at rest there; 0: the drawn angles).",
+            significant(options.memory, 9)
+        ),
+    };
     let _ = writeln!(out, "\nschema = 1\nname = {}", quoted(&harness.name));
 }
 

@@ -231,7 +231,7 @@ fn put(text: &str, key: &str, value: &Value, registry: &Registry) -> Result<Stri
     Ok(document.to_string())
 }
 
-fn document(text: &str) -> Result<DocumentMut, Fault> {
+pub(super) fn document(text: &str) -> Result<DocumentMut, Fault> {
     text.parse::<DocumentMut>().map_err(|error| Fault {
         span: error.span().unwrap_or(text.len()..text.len()),
         message: format!("this is not TOML: {}", error.message()),
@@ -289,7 +289,7 @@ fn push(step: &mut Table, operation: &StepOperation, own: Table) {
     }
 }
 
-fn place_of(at: &Attachment) -> InlineTable {
+pub(super) fn place_of(at: &Attachment) -> InlineTable {
     match at {
         Attachment::Branch(branch, s) => inline([("branch", branch.as_str().into()), ("s", number(*s))]),
         Attachment::Joint(joint) => inline([("joint", joint.as_str().into())]),
@@ -329,12 +329,12 @@ fn inline<const N: usize>(entries: [(&str, Value); N]) -> InlineTable {
     entries.into_iter().collect()
 }
 
-fn list(numbers: &[f64]) -> Value {
+pub(super) fn list(numbers: &[f64]) -> Value {
     Value::Array(numbers.iter().map(|x| number(*x)).collect())
 }
 
 /// A number; an integer without a decimal point.
-fn number(x: f64) -> Value {
+pub(super) fn number(x: f64) -> Value {
     if x == x.trunc() && x.abs() < 1e6 && !(x == 0.0 && x.is_sign_negative()) {
         return Value::Integer(Formatted::new(x as i64));
     }

@@ -1,5 +1,5 @@
-//! Unfolding a graph of straight edges in a plane, with true lengths and without crossings: the geometry of a
-//! formboard.
+//! Unfolding a graph of straight edges in a plane, with true lengths and without crossings: the layout from which the
+//! search starts.
 //!
 //! For each connected piece:
 //! 1. A spanning tree of the shortest edges (Kruskal 1956); the other edges close loops and are returned.
@@ -14,15 +14,13 @@
 //!    the arcs equal; here they approach the gaps of the given directions, as far as there is room. The arcs stay
 //!    apart, so no edges come to cross.
 
+use crate::line::Point;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
-/// A point of the plane.
-pub type Point = nalgebra::Vector2<f64>;
-
 /// An edge of the graph.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Edge {
+pub(crate) struct Edge {
     /// The vertices it joins; two different ones.
     pub ends: [usize; 2],
     /// Above zero.
@@ -35,14 +33,30 @@ pub struct Edge {
 
 /// A graph in the plane.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
-    /// Positions of the vertices. The trunk runs along x about the origin; further pieces lie below the first.
+pub(crate) struct Unfolded {
+    /// Positions of the vertices. The trunk of every piece runs along x about the origin.
     pub points: Vec<Point>,
     /// Edges that close loops, by index: the layout ignores them, and the distance of their ends is not their length.
     pub closing: Vec<usize>,
-    /// Pairs of edges without a common vertex that touch or cross, by index; closing edges are drawn straight. Empty
-    /// for trees.
-    pub crossings: Vec<[usize; 2]>,
+    /// The vertices of each piece, and those of its trunk in order.
+    pub pieces: Vec<Piece>,
+}
+
+/// A connected part of the graph.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Piece {
+    pub vertices: Vec<usize>,
+    pub trunk: Vec<usize>,
+}
+
+/// What is done after the subtrees have their wedges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Turning {
+    /// Nothing: any two places of the tree are then at least `sin(π/n)` times the way between them apart, n the number
+    /// of leaves.
+    Wedges,
+    /// Subtrees are turned towards the given directions, and the trunk becomes straight.
+    Daylight,
 }
 
 /// Smallest gap between neighbouring subtrees if there is room, rad.
@@ -56,32 +70,21 @@ const ROUNDS: usize = 30;
 const VISITS: usize = 20_000_000;
 /// Largest turn in a round, rad, after which no further round follows.
 const SMALL_TURN: f64 = 1e-3;
-/// Gap between pieces, as a fraction of the trunk.
-const PIECE_GAP: f64 = 0.05;
 
-/// Unfolds a graph.
+/// Unfolds a graph. Pieces lie upon one another.
 ///
 /// # Panics
 /// If an end is not below `vertices`.
-pub fn unfold(vertices: usize, edges: &[Edge]) -> Layout {
+pub(crate) fn unfold(vertices: usize, edges: &[Edge], turning: Turning) -> Unfolded {
     let forest = Forest::new(vertices, edges);
     let mut points = vec![Point::zeros(); vertices];
-    let mut floor: Option<f64> = None;
-    for piece in forest.pieces() {
-        forest.lay(&piece, &mut points);
-        let extent = |axis: usize| {
-            let of = piece.iter().map(|&v| points[v][axis]);
-            of.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
-        };
-        let ((left, right), (low, high)) = (extent(0), extent(1));
-        let down = floor.map_or(0.0, |floor| floor - high - PIECE_GAP * (right - left).max(high - low));
-        for &v in &piece {
-            points[v].y += down;
-        }
-        floor = Some(low + down);
+    let mut pieces = Vec::new();
+    for vertices in forest.pieces() {
+        let trunk = forest.trunk(vertices[0]);
+        forest.lay(&vertices, &trunk, turning, &mut points);
+        pieces.push(Piece { vertices, trunk });
     }
-    let crossings = crossings(&points, edges);
-    Layout { points, closing: forest.closing, crossings }
+    Unfolded { points, closing: forest.closing, pieces }
 }
 
 /// The spanning trees of a graph.
@@ -197,19 +200,19 @@ impl<'e> Forest<'e> {
         Compass { arms, opposite }
     }
 
-    fn lay(&self, piece: &[usize], points: &mut [Point]) {
-        let trunk = self.trunk(piece[0]);
+    fn lay(&self, piece: &[usize], trunk: &[usize], turning: Turning, points: &mut [Point]) {
         let middle = trunk[trunk.len() / 2];
         let on_trunk: HashMap<usize, usize> = trunk.iter().enumerate().map(|(at, &v)| (v, at)).collect();
         let compasses: Vec<Compass> =
-            piece.iter().map(|&v| self.compass(v, &trunk, on_trunk.get(&v).copied())).collect();
+            piece.iter().map(|&v| self.compass(v, trunk, on_trunk.get(&v).copied())).collect();
         let mut compass_of = vec![0; self.arms.len()];
         for (i, &v) in piece.iter().enumerate() {
             compass_of[v] = i;
         }
         let compass = |vertex: usize| &compasses[compass_of[vertex]];
         self.lay_in_wedges(middle, compass, points);
-        for _ in 0..ROUNDS.min(VISITS / (piece.len() * piece.len())) {
+        let rounds = if turning == Turning::Daylight { ROUNDS.min(VISITS / (piece.len() * piece.len())) } else { 0 };
+        for _ in 0..rounds {
             let mut largest = 0.0_f64;
             for visit in self.walk(middle, None) {
                 largest = largest.max(self.distribute_daylight(visit.vertex, visit.by, compass(visit.vertex), points));
@@ -357,47 +360,6 @@ fn representative(parents: &mut [usize], mut at: usize) -> usize {
         at = parents[at];
     }
     at
-}
-
-/// Pairs of edges without a common vertex that touch or cross, by a sweep along x.
-fn crossings(points: &[Point], edges: &[Edge]) -> Vec<[usize; 2]> {
-    let mut along: Vec<(f64, f64, usize)> = edges
-        .iter()
-        .enumerate()
-        .map(|(k, edge)| {
-            let [a, b] = edge.ends.map(|end| points[end].x);
-            (a.min(b), a.max(b), k)
-        })
-        .collect();
-    along.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut found = Vec::new();
-    for (k, &(_, right, i)) in along.iter().enumerate() {
-        for &(_, _, j) in along[k + 1..].iter().take_while(|(left, ..)| *left <= right) {
-            let (first, second) = (&edges[i], &edges[j]);
-            let apart = !first.ends.iter().any(|end| second.ends.contains(end));
-            if apart && meet(first.ends.map(|end| points[end]), second.ends.map(|end| points[end])) {
-                found.push([i.min(j), i.max(j)]);
-            }
-        }
-    }
-    found.sort_unstable();
-    found
-}
-
-/// Whether two straight lines, ends included, have a point in common.
-fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
-    let side = |p: Point, q: Point, r: Point| (q - p).perp(&(r - p));
-    let within = |p: Point, q: Point, r: Point| {
-        r.zip_map(&p.inf(&q), |x, low| x - low).min() >= 0.0 && (p.sup(&q) - r).min() >= 0.0
-    };
-    let (s1, s2, s3, s4) = (side(c, d, a), side(c, d, b), side(a, b, c), side(a, b, d));
-    let crosses =
-        (s1 > 0.0) != (s2 > 0.0) && (s3 > 0.0) != (s4 > 0.0) && s1 != 0.0 && s2 != 0.0 && s3 != 0.0 && s4 != 0.0;
-    crosses
-        || s1 == 0.0 && within(c, d, a)
-        || s2 == 0.0 && within(c, d, b)
-        || s3 == 0.0 && within(a, b, c)
-        || s4 == 0.0 && within(a, b, d)
 }
 
 #[cfg(test)]
