@@ -85,7 +85,6 @@ fn loops_are_opened_at_their_longest_edge_and_pieces_are_told_apart() {
     let layout = unfold(6, &edges, Turning::Daylight);
     true_lengths(&layout, &edges);
     assert_eq!(layout.closing, [2]);
-    assert!(crossings(&layout.points, &edges).is_empty());
     let pieces: Vec<&[usize]> = layout.pieces.iter().map(|piece| &piece.vertices[..]).collect();
     assert_eq!(pieces, [&[0, 1, 2][..], &[3, 4], &[5]]);
 }
