@@ -275,8 +275,10 @@ pub struct BranchResult {
     pub diameter: f64,
     /// Smallest bend radius allowed, m.
     pub bend_radius_limit: Option<f64>,
-    /// Axial stiffness EA, N.
+    /// Axial stiffness EA, N; with an axial law that of small tension.
     pub axial_stiffness: f64,
+    /// Axial strain at each node, of a section with an axial law; `None`: it is the tension over EA.
+    pub strain: Option<Vec<f64>>,
     /// Arc length, m.
     pub s: Vec<f64>,
     /// Position of the centre line, m, world; it differs from the node by ℓ² x″/24.
@@ -293,11 +295,26 @@ pub struct BranchResult {
     pub twist_turns: f64,
     /// Estimated discretisation error; `None` where there are no numbers to estimate it from.
     pub error: Option<BranchError>,
-    /// What has slipped or yielded within its section; `None` for an elastic one.
+    /// What has slipped, yielded or crept within its section; `None` for an elastic one.
     pub friction: Option<FrictionResult>,
 }
 
-/// Slips and yields within the section of a branch.
+impl BranchResult {
+    /// Tension at a node, N.
+    pub fn tension_at(&self, node: usize) -> f64 {
+        self.force[node].dot(&(self.frame[node] * Vector::z()))
+    }
+
+    /// Axial strain at a node.
+    pub fn strain_at(&self, node: usize) -> f64 {
+        match &self.strain {
+            Some(strain) => strain[node],
+            None => self.tension_at(node) / self.axial_stiffness,
+        }
+    }
+}
+
+/// What slips, yields and creeps within the section of a branch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrictionResult {
     /// Set at each node, 1/m: curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain if

@@ -180,9 +180,9 @@ impl<'a> Equilibrium<'a> {
         let (branch, length) = (&self.branches[b], span.to - span.from);
         let ends = [span.from, span.to].into_iter().zip(span.held).filter(|(_, held)| !held);
         let moved: f64 = ends.map(|(s, _)| self.position_error(b, s)).sum();
-        let tension = |i: usize| branch.force[i].dot(&(branch.frame[i] * Vector::z())) + self.errors[b].force[i];
+        let tension = |i: usize| branch.tension_at(i) + self.errors[b].force[i];
         let inside = (0..branch.s.len()).filter(|i| (span.from..=span.to).contains(&branch.s[*i]));
-        let strain = inside.map(tension).fold(0.0, f64::max) / branch.axial_stiffness;
+        let strain = self.network.branches[b].section.strain(inside.map(tension).fold(0.0, f64::max));
         (moved / length).min((1.0 + strain - span.chord / length).max(0.0))
     }
 
@@ -240,8 +240,8 @@ impl<'a> Equilibrium<'a> {
             Measure::Tension => nodes(&axial, force),
             Measure::Compression => nodes(&|i| -axial(i), force),
             Measure::Strain => {
-                let stiffness = own.section.axial_stiffness;
-                nodes(&|i| axial(i) / stiffness, &|i| errors.force[i] / stiffness);
+                let stiffness = |i: usize| own.section.stiffness_at(axial(i));
+                nodes(&|i| branch.strain_at(i), &|i| errors.force[i] / stiffness(i));
             }
             Measure::Torsion => {
                 let stiffness = own.section.torsion_stiffness;
