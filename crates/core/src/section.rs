@@ -52,6 +52,8 @@ pub struct SectionLaws {
     pub axial: Option<AxialLaw>,
     /// What relaxes.
     pub creep: SectionCreep,
+    /// Part of the torsion stiffness that yields, as [`Section::set`] is of the bending stiffness.
+    pub torsion_set: Option<FrictionElement>,
 }
 
 /// Axial force (N) over strain: `n = f(ε)` in tension, `n = −g(−ε)` in compression.
@@ -59,6 +61,8 @@ pub struct SectionLaws {
 pub struct AxialLaw {
     tension: Curve,
     compression: Curve,
+    /// Whether it passes through points of a table.
+    pub measured: bool,
 }
 
 impl AxialLaw {
@@ -73,6 +77,7 @@ impl AxialLaw {
         Self {
             tension: Curve::with_slopes(&[taut], &[compression, tension]),
             compression: Curve::straight(compression),
+            measured: false,
         }
     }
 
@@ -86,11 +91,12 @@ impl AxialLaw {
         let chord = |[x, y]: [f64; 2]| [x, y / x];
         if let (Some(before), Some(after)) = (below.first(), tension.first()) {
             let slope = Some(mean_slope(chord(*before), chord(*after)));
-            return Self { tension: Curve::new(&tension, slope), compression: Curve::new(&below, slope) };
+            let [tension, compression] = [tension, below].map(|points| Curve::new(&points, slope));
+            return Self { tension, compression, measured: true };
         }
         let tension = Curve::new(&tension, compression);
         let compression = Curve::straight(tension.slope(0.0));
-        Self { tension, compression }
+        Self { tension, compression, measured: true }
     }
 
     /// Energy per length, J/m.
@@ -197,11 +203,9 @@ impl Section {
     /// Diagonal of the bend-twist stiffness that is linear and lasts, N m²: of what neither slips, yields, relaxes nor
     /// has a curve.
     pub fn lasting_diagonal(&self) -> crate::Vector {
-        if self.laws.bending.is_some() {
-            return crate::Vector::new(0.0, 0.0, self.torsion_stiffness);
-        }
-        let yields = self.set.map_or(0.0, |set| set.stiffness);
-        self.bend_diagonal() - crate::Vector::new(yields, yields, 0.0)
+        let [bending, torsion] = [self.set, self.laws.torsion_set].map(|set| set.map_or(0.0, |set| set.stiffness));
+        let lasting = self.bend_diagonal() - crate::Vector::new(bending, bending, torsion);
+        if self.laws.bending.is_some() { crate::Vector::new(0.0, 0.0, lasting.z) } else { lasting }
     }
 
     /// Stretch-shear stiffness that is linear, N: `diag(GA1, GA2, EA)`, with 0 in place of EA where there is an axial
@@ -224,7 +228,10 @@ impl Section {
     /// All that slips or yields, beside [`Self::lasting_diagonal`].
     pub fn slipping(&self) -> SectionFriction {
         let SectionFriction { bending, torsion } = &self.friction;
-        SectionFriction { bending: bending.iter().copied().chain(self.set).collect(), torsion: torsion.clone() }
+        SectionFriction {
+            bending: bending.iter().copied().chain(self.set).collect(),
+            torsion: torsion.iter().copied().chain(self.laws.torsion_set).collect(),
+        }
     }
 
     /// Whether it expands or bends with the temperature.
@@ -239,14 +246,19 @@ impl Section {
 
     /// Whether it keeps a set: something in it slips, yields or relaxes.
     pub fn remembers(&self) -> bool {
-        !self.friction.is_empty() || self.set.is_some() || !self.laws.creep.is_empty()
+        !self.friction.is_empty() || self.yields() || !self.laws.creep.is_empty()
+    }
+
+    /// Whether bends or twists beyond a limit are permanent.
+    fn yields(&self) -> bool {
+        self.set.is_some() || self.laws.torsion_set.is_some()
     }
 
     /// The keys of what it has beside linear stiffness, as scenarios have them.
     pub fn nonlinear_keys(&self) -> Vec<&'static str> {
         let has = [
             ("`friction`", !self.friction.is_empty()),
-            ("`set`", self.set.is_some()),
+            ("`set`", self.yields()),
             ("`creep`", !self.laws.creep.is_empty()),
             ("a `bending_curve`", self.laws.bending.is_some()),
             ("an axial law", self.laws.axial.is_some()),
@@ -257,6 +269,11 @@ impl Section {
     /// Whether moments are those of [`Self::bend_diagonal`] alone.
     pub fn bends_linearly(&self) -> bool {
         !self.remembers() && self.laws.bending.is_none()
+    }
+
+    /// Whether twisting moments are those of GJ alone.
+    pub fn twists_linearly(&self) -> bool {
+        self.friction.torsion.is_empty() && self.laws.creep.torsion.is_empty() && self.laws.torsion_set.is_none()
     }
 
     /// Diagonal of the bend-twist stiffness while nothing slips or relaxes, N m²: the greatest that the section has.

@@ -57,11 +57,13 @@ fn creeping() -> SectionLaws {
     SectionLaws { creep, ..SectionLaws::default() }
 }
 
-/// Bends of more than 1 1/m are permanent.
+/// Bends of more than 1 1/m and twists of more than 1.5 rad/m are permanent.
 fn rod_that_yields(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
     let made = rod(kind);
     let set = Some(FrictionElement { stiffness: 0.04, moment: 0.04 });
-    move |spec| made(RodSpec { section: Section { set, ..spec.section }, ..spec })
+    let laws =
+        SectionLaws { torsion_set: Some(FrictionElement { stiffness: 0.02, moment: 0.03 }), ..SectionLaws::default() };
+    move |spec| made(RodSpec { section: Section { set, laws: laws.clone(), ..spec.section }, ..spec })
 }
 
 fn joint(kind: &'static str) -> impl Fn(JointSpec) -> Box<dyn JointModel> {

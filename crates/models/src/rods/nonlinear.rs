@@ -7,7 +7,7 @@ use crate::rods::axial::{self, Stretched};
 use crate::rods::staggered::StaggeredRod;
 use wireloom_core::law::RodLaw;
 use wireloom_core::rod::{BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
-use wireloom_core::section::{AxialLaw, SectionLaws};
+use wireloom_core::section::AxialLaw;
 use wireloom_core::{Matrix, Rotation, Vector};
 
 /// One branch of a section that is not linear.
@@ -193,7 +193,8 @@ impl RodSegment for NonlinearRod {
         let mut law = self.linear.law()?;
         if let Some(CouplingLaw { curve, friction, creep }) = &self.couplings {
             law.friction = friction.clone();
-            law.laws = SectionLaws { bending: curve.clone(), creep: creep.clone(), ..law.laws };
+            law.laws.bending = curve.clone();
+            law.laws.creep = creep.clone();
         }
         law.laws.axial = self.axial.clone();
         Some(law)

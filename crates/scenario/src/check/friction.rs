@@ -2,8 +2,10 @@
 
 use crate::fault::Fault;
 use crate::scenario::Scenario;
+use wireloom_core::law::RodLaw;
 use wireloom_core::network::Place;
-use wireloom_core::{Mounting, Network};
+use wireloom_core::section::SectionLaws;
+use wireloom_core::{Mounting, Network, Section};
 
 /// Refuses branches whose section has friction, a set, creep or curves where their rod does not say that it has them,
 /// where a joint couples them without, and, as what is remembered stays with the material, where the mesh of one that
@@ -14,9 +16,8 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
     let section = |branch: usize| &of(branch).name;
     let has = |branch: usize| of(branch).nonlinear_keys().join(", ");
     for (b, (own, branch)) in scenario.branches.iter().zip(&network.branches).enumerate() {
-        let models =
-            || branch.rod.law().is_some_and(|law| (law.friction, law.laws) == (of(b).slipping(), of(b).laws.clone()));
-        if !of(b).nonlinear_keys().is_empty() && !models() {
+        let modelled = branch.rod.law().is_some_and(|law| models(&law, of(b)));
+        if !of(b).nonlinear_keys().is_empty() && !modelled {
             let message = format!(
                 "branch \"{}\": its section \"{}\" has {}, and its rod \"{}\" does not say that it models this",
                 own.name,
@@ -61,4 +62,11 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
         }
     }
     faults
+}
+
+/// Whether a rod has all that its section has beside linear stiffness.
+fn models(law: &RodLaw, section: &Section) -> bool {
+    // What yields stands with what slips.
+    let laws = SectionLaws { torsion_set: None, ..section.laws.clone() };
+    law.friction == section.slipping() && law.laws == laws
 }

@@ -80,10 +80,11 @@ pub(crate) fn section<'a>(
             bending: bending_curve,
             axial: axial_law(entry, axial_points.as_deref(), axial_stiffness),
             creep: entry.entry("creep").map(|entry| creep(&entry)).unwrap_or_default(),
+            torsion_set: None,
         },
     };
-    let set = entry.entry("set").and_then(|entry| set(&entry, &section));
-    let section = Section { set, ..section };
+    let [set, torsion_set] = entry.entry("set").map(|entry| set(&entry, &section)).unwrap_or_default();
+    let section = Section { set, laws: SectionLaws { torsion_set, ..section.laws }, ..section };
     (section, by_rule)
 }
 
@@ -192,22 +193,33 @@ fn creep(entry: &Entry<'_>) -> SectionCreep {
     SectionCreep { bending, torsion }
 }
 
-/// The part of the bending stiffness that yields: `EI (1 − h)`, at the moment that it has at the yield curvature.
-fn set(entry: &Entry<'_>, section: &Section) -> Option<FrictionElement> {
-    let (limit, hardening) = (entry.number("yield_curvature"), entry.number("hardening"));
-    if section.laws.bending.is_some() {
-        let message = format!("{} is a part of the bending stiffness, but there is a `bending_curve`", entry.label);
-        entry.fault_here(message, "give `bending_stiffness` in place of the curve, or leave `set` out");
-        return None;
-    }
+/// The parts of the bending and of the torsion stiffness that yield: `C (1 − h)`, at the moment that it has at the limit.
+fn set(entry: &Entry<'_>, section: &Section) -> [Option<FrictionElement>; 2] {
+    let yielding = |[limit, hardening]: [&str; 2], stiffness: f64| {
+        let (at, beyond) = (entry.number(limit), entry.number(hardening));
+        if entry.has(limit) != entry.has(hardening) && entry.has("yield_twist") {
+            let [has, lacks] = if entry.has(limit) { [limit, hardening] } else { [hardening, limit] };
+            let message = format!("{} has `{has}` but no `{lacks}`", entry.label);
+            entry.fault_at(has, message, "give both, or neither: together they say what yields");
+        }
+        let stiffness = stiffness * (1.0 - beyond?);
+        Some(FrictionElement { stiffness, moment: stiffness * at? })
+    };
     let [one, other] = section.bending_stiffness;
-    if one != other {
+    let bending = yielding(["yield_curvature", "hardening"], one);
+    let torsion = yielding(["yield_twist", "torsion_hardening"], section.torsion_stiffness);
+    let bends = entry.has("yield_curvature") || entry.has("hardening");
+    if bends && section.laws.bending.is_some() {
+        let message = format!("{} is a part of the bending stiffness, but there is a `bending_curve`", entry.label);
+        entry.fault_here(message, "give `bending_stiffness` in place of the curve, or leave bends out of `set`");
+        return [None, torsion];
+    }
+    if bends && one != other {
         let message = format!("{} has no direction, but there are two bending stiffnesses", entry.label);
         entry.fault_here(message, "give one bending_stiffness, or leave `set` out");
-        return None;
+        return [None, torsion];
     }
-    let stiffness = one * (1.0 - hardening?);
-    Some(FrictionElement { stiffness, moment: stiffness * limit? })
+    [bending, torsion]
 }
 
 /// Values of a section by the rule; `None` if it has no wires, or some of them are faulty.

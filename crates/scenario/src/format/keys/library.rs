@@ -114,7 +114,11 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Table(&SECTION_FRICTION),
             "friction within it, beside the elastic stiffness: its wires slip, and what is bent keeps a set",
         ),
-        may("set", Form::Table(&SECTION_SET), "bends beyond a limit are permanent; needs one bending stiffness"),
+        may(
+            "set",
+            Form::Table(&SECTION_SET),
+            "bends, or twists, beyond a limit are permanent; in bending it needs one bending stiffness",
+        ),
         may(
             "creep",
             Form::Table(&SECTION_CREEP),
@@ -171,19 +175,32 @@ pub(crate) const SECTION_FRICTION: Keys = Keys {
     ],
 };
 
-/// Permanent bends.
+/// Permanent bends and twists.
 pub(crate) const SECTION_SET: Keys = Keys {
     what: "set",
     keys: &[
-        must(
+        unless(
+            &["yield_twist"],
             "yield_curvature",
             Form::Number(Quantity::Curvature, POSITIVE),
             "curvature beyond which bends are permanent, such as \"12 1/m\"",
         ),
-        must(
+        unless(
+            &["yield_twist"],
             "hardening",
             Form::Number(Quantity::Dimensionless, HARDENING),
             "bending stiffness beyond it as a fraction of bending_stiffness",
+        ),
+        may(
+            "yield_twist",
+            Form::Number(Quantity::Curvature, POSITIVE),
+            "twist per length beyond which twists are permanent, such as \"2 turns/m\"",
+        ),
+        with(
+            "yield_twist",
+            "torsion_hardening",
+            Form::Number(Quantity::Dimensionless, HARDENING),
+            "torsion stiffness beyond it as a fraction of torsion_stiffness",
         ),
     ],
 };
