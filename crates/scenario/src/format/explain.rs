@@ -354,7 +354,8 @@ fn value(form: &Form) -> String {
         Form::Orientation => "[1, 0, 0, 0]".into(),
         Form::Points(_) => "[[0, 0, 0], [0.2, 0, 0.05]]".into(),
         Form::Curve(quantities, least) => {
-            let point = |k: usize| quantities.map(|quantity| format!("\"{k} {}\"", units::words(quantity).unit));
+            let number = |k: usize, unit: &str| if unit.is_empty() { k.to_string() } else { format!("\"{k} {unit}\"") };
+            let point = |k: usize| quantities.map(|quantity| number(k, units::words(quantity).unit));
             let points: Vec<String> = (1..=least).map(|k| format!("[{}]", point(k).join(", "))).collect();
             format!("[{}]", points.join(", "))
         }

@@ -4,7 +4,7 @@ use super::reader::{Node, Reader};
 use crate::fault::{did_you_mean, nearest};
 use crate::format::form::{Form, Key, Keys, Need};
 use crate::format::limits::ANY;
-use crate::format::units::unit_of;
+use crate::format::units::words;
 use crate::span::{Span, Spans};
 use nalgebra::Unit;
 use std::borrow::Cow;
@@ -239,7 +239,7 @@ impl<'a> Entry<'a> {
                 if after > before {
                     continue;
                 }
-                let unit = unit_of(quantity);
+                let unit = words(quantity).unit;
                 let message = format!("`{name}` goes from {before} to {after} {unit}").trim_end().to_owned();
                 let help = "give points in the order in which both numbers increase: a cable whose force or moment \
                             falls is not stable";

@@ -139,10 +139,12 @@ fn axial_law(entry: &Entry<'_>, points: Option<&[[f64; 2]]>, tension: f64) -> Op
         }
         let [least, greatest] = [LEAST_COMPRESSION * tension, tension];
         if !(least..=greatest).contains(&compression) {
-            let message = format!("`compression_stiffness` = {compression} N is not that of a cable");
+            let size = if compression < least { "small" } else { "large" };
+            let message =
+                format!("`compression_stiffness` = {compression} N is too {size} beside {tension} N in tension");
             let help = format!(
-                "it must be from {least} N, so that the nodes of a slack cable have a place, to {greatest} N, that in \
-                 tension; what holds a slack cable up is its bending stiffness"
+                "it must be from {least} N, so that the nodes of a slack cable have a place, to {greatest} N; what \
+                 holds a slack cable up is its bending stiffness"
             );
             entry.fault_at("compression_stiffness", message, help);
             return None;
