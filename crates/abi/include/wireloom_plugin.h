@@ -129,6 +129,9 @@ struct WireloomKind;
 // `Parameter::quantity`: in rad/s.
 #define WIRELOOM_QUANTITY_ANGULAR_SPEED 18
 
+// `Parameter::quantity`: in s.
+#define WIRELOOM_QUANTITY_TIME 19
+
 // `Description::shape`: some of the six degrees of freedom of the only station are prescribed.
 #define WIRELOOM_SHAPE_PRESCRIBED 1
 

@@ -120,6 +120,8 @@ pub const QUANTITY_THERMAL_EXPANSION: i32 = 16;
 pub const QUANTITY_THERMAL_CURVATURE: i32 = 17;
 /// [`Parameter::quantity`]: in rad/s.
 pub const QUANTITY_ANGULAR_SPEED: i32 = 18;
+/// [`Parameter::quantity`]: in s.
+pub const QUANTITY_TIME: i32 = 19;
 
 /// [`Description::shape`]: some of the six degrees of freedom of the only station are prescribed.
 pub const SHAPE_PRESCRIBED: i32 = 1;

@@ -30,6 +30,10 @@ pub struct Conditions {
     pub constraints: Vec<ConstraintState>,
     /// State of each rod, by branch.
     pub rods: Vec<RodState>,
+    /// Time since the beginning of the run, s; the initial equilibrium is at 0.
+    pub time: f64,
+    /// Time at which the memories of the rods were last updated, s.
+    pub committed_time: f64,
     /// State of each sliding constraint of [`Network::slides`]; used while it acts.
     pub sliding: Vec<Sliding>,
     /// Poses of obstacles, and contact records.
@@ -54,6 +58,8 @@ impl Conditions {
             targets: with_states.map(|(c, own)| c.model.target(&own.base, 0.0)).collect(),
             constraints,
             rods: network.branches.iter().map(|b| RodState { memory: b.rod.memory(), dissipated: [0.0; 2] }).collect(),
+            time: 0.0,
+            committed_time: 0.0,
             sliding: vec![Sliding::Stuck; network.slides.len()],
             contact: ContactState::new(network),
             mechanisms: network.mechanisms.iter().map(Mechanism::drawn).collect(),

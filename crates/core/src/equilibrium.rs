@@ -281,8 +281,10 @@ pub struct BranchResult {
     pub diameter: f64,
     /// Smallest bend radius allowed, m.
     pub bend_radius_limit: Option<f64>,
-    /// Axial stiffness EA, N.
+    /// Axial stiffness EA, N; with an axial law that of small tension.
     pub axial_stiffness: f64,
+    /// Axial strain at each node, of a section with an axial law; `None`: it is the tension over EA.
+    pub strain: Option<Vec<f64>>,
     /// Arc length, m.
     pub s: Vec<f64>,
     /// Position of the centre line, m, world; it differs from the node by ℓ² x″/24.
@@ -301,8 +303,23 @@ pub struct BranchResult {
     pub error: Option<BranchError>,
     /// Distance from the drawn centre line; `None` where none is drawn.
     pub deviation: Option<Deviation>,
-    /// What has slipped or yielded within its section; `None` for an elastic one.
+    /// What has slipped, yielded or crept within its section; `None` for an elastic one.
     pub friction: Option<FrictionResult>,
+}
+
+impl BranchResult {
+    /// Tension at a node, N.
+    pub fn tension_at(&self, node: usize) -> f64 {
+        self.force[node].dot(&(self.frame[node] * Vector::z()))
+    }
+
+    /// Axial strain at a node.
+    pub fn strain_at(&self, node: usize) -> f64 {
+        match &self.strain {
+            Some(strain) => strain[node],
+            None => self.tension_at(node) / self.axial_stiffness,
+        }
+    }
 }
 
 /// Distance of the computed centre line of a branch from the drawn one: of each node from the nearest point of the
@@ -439,6 +456,7 @@ pub struct EndsElsewhere {
 }
 
 /// Slips and yields within the section of a branch.
+/// What slips, yields and creeps within the section of a branch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrictionResult {
     /// Set at each node, 1/m: curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain if

@@ -3,7 +3,7 @@
 //! A part that returns a law has the energy written here, to round-off; a part with another energy returns `None` and
 //! is refused by name where the law is needed.
 
-use crate::section::SectionFriction;
+use crate::section::{SectionFriction, SectionLaws};
 use crate::{Rotation, Vector};
 
 /// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
@@ -13,7 +13,9 @@ use crate::{Rotation, Vector};
 /// ([`crate::rod::CellPair`]) adds the energy of the variation of curvature between them, with the factor f, and then
 /// β is 1/9 for a station, and 1/72 for the next segment where [`crate::rod::Beside::next`] names one, else 1/12;
 /// friction adds `λ Σ H(|κ − κ° − p|)` over its elements, with `H(e) = ½ k e²` up to `e = M/k` and `M e − M²/(2 k)`
-/// beyond, and p from the memory of the rod.
+/// beyond, and p from the memory of the rod. An axial law adds `ℓ W(Γ3)`, a curve of bending `λ F(|κ − κ°|)` with
+/// `F′` its moment, of the part of the curvature about d1 and d2, and creep `λ ½ k g |κ − κ° − p|²` over its elements,
+/// with g and p as in the documentation of `wireloom_models::creep`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodLaw {
     /// Each segment.
@@ -29,6 +31,9 @@ pub struct RodLaw {
     /// Friction. The memory of each coupling holds p of each element: two numbers (about d1, d2) in bending, then one
     /// in torsion, 1/m.
     pub friction: SectionFriction,
+    /// Curves and creep; what yields stands with friction. In the memory of each coupling, behind that of friction, stand for creep the curvature at the
+    /// end of the last increment (two numbers) and that of each dashpot in bending, and the same in torsion.
+    pub laws: SectionLaws,
 }
 
 /// Stiffness of a segment.

@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 mod build_error;
 pub mod conditions;
 pub mod constraint;
+pub mod curve;
 pub mod equilibrium;
 pub mod event;
 pub mod identity;

@@ -444,6 +444,7 @@ impl Problem<'_> {
             let total = self.conditions.rods[b].dissipated[1] + dissipated;
             self.conditions.rods[b] = RodState { memory, dissipated: [dissipated, total] };
         }
+        self.conditions.committed_time = self.conditions.time;
     }
 
     /// Updates friction anchors and the memories of all constraints that act, at the equilibrium that ends an

@@ -50,6 +50,8 @@ pub enum Quantity {
     ThermalCurvature,
     /// rad/s
     AngularSpeed,
+    /// s
+    Time,
 }
 
 /// Form of a parameter.

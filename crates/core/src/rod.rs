@@ -228,6 +228,8 @@ pub struct BranchShape<'a> {
     pub extra_curvature: &'a [Vector],
     /// Memory of the rod; see [`RodSegment::memory`]. Where only the geometry is looked at it may be empty.
     pub memory: &'a [f64],
+    /// Time that the increment takes, s: since the memory was updated.
+    pub duration: f64,
 }
 
 impl BranchShape<'_> {
@@ -329,7 +331,7 @@ pub struct CouplingHessian {
 /// of the increment, `E(x, z) = min over z' of stored(x, z') + dissipated(z → z')`: its minimum in x is the
 /// equilibrium at the end of the increment, and its derivatives are forces and moments there (Ortiz and Stainier 1999,
 /// The variational formulation of viscoplastic constitutive updates, Computer Methods in Applied Mechanics and
-/// Engineering 171).
+/// Engineering 171). Of a rod that creeps it depends on the duration of the increment, too.
 ///
 /// Contract: E ≥ 0, and E = 0 at rest with the initial memory (stretched by [`BranchShape::free_strain`] and bent by
 /// [`BranchShape::extra_curvature`], where these are given); E is unchanged by rigid motion of all points and frames
@@ -356,9 +358,9 @@ pub trait RodSegment: Send + Sync {
     /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
-    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; it does not depend on the points as long
-    /// as no edge points against its frame: with the frames fixed the energy is then a convex quadratic function of the
-    /// points.
+    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; without an axial law it does not depend on the
+    /// points as long as no edge points against its frame: with the frames fixed the energy is then a convex quadratic
+    /// function of the points. With such a law it is convex, and quadratic near any points.
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]);
 
     /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step
@@ -404,14 +406,15 @@ pub trait RodSegment: Send + Sync {
     }
 
     /// Updates the memory, on entry that of `shape`, to the equilibrium `shape` that ends an increment. Returns the
-    /// energy dissipated in it, J, never negative. A second call at the same shape changes no bit and returns 0. Never
-    /// called for a trial that is discarded.
+    /// energy dissipated in it, J, never negative. With the new memory and no [`BranchShape::duration`] the rod has the
+    /// same forces and moments; a second call then changes no bit and returns 0. Never called for a trial that is
+    /// discarded.
     fn commit(&self, _shape: &BranchShape<'_>, _memory: &mut [f64]) -> f64 {
         0.0
     }
 
-    /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame), 1/m;
-    /// `None` for an elastic rod.
+    /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame), which acts
+    /// at once, 1/m; `None` where [`Section::bend_diagonal`] tells it.
     fn curvature_under(&self, _moment: &Vector, _memory: &[f64]) -> Option<Vector> {
         None
     }

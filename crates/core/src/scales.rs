@@ -14,7 +14,7 @@
 use crate::conditions::System;
 use crate::load::LoadAction;
 use crate::network::{Branch, NodeRange};
-use crate::rod::{BranchShape, RodSegment};
+use crate::rod::BranchShape;
 use crate::{Matrix, Network, Rotation, Tangent, Vector};
 
 /// Number of rounding errors below which residuals are round-off: about ten terms are summed at a node.
@@ -57,15 +57,16 @@ pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
     }
     let scale = |(branch, &p): (&Branch, &usize)| {
         let (length, bending) = (longest[p], branch.section.sticking_diagonal().max());
-        let round_off = round_off(&*branch.rod, bending);
+        let round_off = round_off(branch, bending);
         LocalScale { force: bending / (length * length), moment: bending / length, length, round_off }
     };
     network.branches.iter().zip(&piece).map(scale).collect()
 }
 
 /// Force (N) and moment (N m) caused by rounding errors of the strains of a rod, `ε K` and `ε (K ℓ + C/λ)` with K
-/// = ℓ ∂²E/∂e², times [`ROUNDINGS`].
-fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
+/// = ℓ ∂²E/∂e², times [`ROUNDINGS`]; where an axial law is stiffer than at rest, with that.
+fn round_off(branch: &Branch, bending: f64) -> [f64; 2] {
+    let rod = &*branch.rod;
     let mesh = rod.mesh();
     let s = mesh.arc_lengths();
     let points: Vec<Vector> = s.iter().map(|s| Vector::z() * *s).collect();
@@ -78,11 +79,13 @@ fn round_off(rod: &dyn RodSegment, bending: f64) -> [f64; 2] {
         free_strain: 0.0,
         extra_curvature: &[],
         memory: &rod.memory(),
+        duration: 0.0,
     };
     let mut stiffness = vec![Matrix::zeros(); mesh.segments()];
     rod.edge_stiffness(&shape, &mut stiffness);
     let stretch = |(k, l): (&Matrix, &f64)| k.diagonal().amax() * l;
-    let stretch = stiffness.iter().zip(&mesh.rest_lengths).map(stretch).fold(0.0, f64::max);
+    let of_law = if branch.section.laws.axial.is_some() { branch.section.greatest_axial_stiffness() } else { 0.0 };
+    let stretch = stiffness.iter().zip(&mesh.rest_lengths).map(stretch).fold(of_law, f64::max);
     let longest = mesh.rest_lengths.iter().copied().fold(0.0, f64::max);
     let shortest = mesh.coupling_lengths.iter().copied().fold(f64::INFINITY, f64::min);
     let force = ROUNDINGS * f64::EPSILON * stretch;

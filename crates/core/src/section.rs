@@ -1,5 +1,6 @@
 //! Cross-section of a branch.
 
+use crate::curve::{Curve, mean_slope};
 use serde::{Deserialize, Serialize};
 
 /// Cross-section of a branch. All values are per unstressed length, in SI units.
@@ -37,6 +38,119 @@ pub struct Section {
     /// Part of the bending stiffness that yields, if bends beyond a limit are permanent: the section then has linear
     /// kinematic hardening, with EI up to its limit and EI less this stiffness beyond.
     pub set: Option<FrictionElement>,
+    /// Laws in place of EI and EA, and creep.
+    pub laws: SectionLaws,
+}
+
+/// Laws of a section that are not linear, or depend on time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SectionLaws {
+    /// Moment (N m) over curvature (1/m), alike in all directions, in place of EI; [`Section::bending_stiffness`] is
+    /// then its slope at the origin.
+    pub bending: Option<Curve>,
+    /// Axial force over strain in place of EA; [`Section::axial_stiffness`] is then that of small tension.
+    pub axial: Option<AxialLaw>,
+    /// What relaxes.
+    pub creep: SectionCreep,
+    /// Part of the torsion stiffness that yields, as [`Section::set`] is of the bending stiffness.
+    pub torsion_set: Option<FrictionElement>,
+}
+
+/// Axial force (N) over strain: `n = f(ε)` in tension, `n = −g(−ε)` in compression.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxialLaw {
+    tension: Curve,
+    compression: Curve,
+    /// Whether it passes through points of a table.
+    pub measured: bool,
+}
+
+impl AxialLaw {
+    /// Strain over which a cable with another stiffness in compression becomes taut: from 0 on its stiffness grows
+    /// linearly to that of tension. The force is then less by half of this strain times the change of stiffness, which
+    /// is as if the cable were longer by 0.005 %. Newton's method needs a slope that is continuous.
+    pub const TAUT: f64 = 1e-4;
+
+    /// EA in tension, and another one in compression, N; neither is negative, and that in compression is the smaller.
+    pub fn of_two(tension: f64, compression: f64) -> Self {
+        let taut = [Self::TAUT, 0.5 * (tension + compression) * Self::TAUT];
+        Self {
+            tension: Curve::with_slopes(&[taut], &[compression, tension]),
+            compression: Curve::straight(compression),
+            measured: false,
+        }
+    }
+
+    /// Through the origin and these points `[strain, force]`, both strictly increasing, at least one of them positive.
+    /// Beyond the last point it goes on with the slope of the last chord, and in compression, where that has no points,
+    /// with `compression` (N), or else the slope at the origin. `compression` is at most three times the slope of the
+    /// first chord.
+    pub fn through(points: &[[f64; 2]], compression: Option<f64>) -> Self {
+        let tension: Vec<[f64; 2]> = points.iter().copied().filter(|[x, _]| *x > 0.0).collect();
+        let below: Vec<[f64; 2]> = points.iter().rev().filter(|[x, _]| *x < 0.0).map(|[x, y]| [-x, -y]).collect();
+        let chord = |[x, y]: [f64; 2]| [x, y / x];
+        if let (Some(before), Some(after)) = (below.first(), tension.first()) {
+            let slope = Some(mean_slope(chord(*before), chord(*after)));
+            let [tension, compression] = [tension, below].map(|points| Curve::new(&points, slope));
+            return Self { tension, compression, measured: true };
+        }
+        let tension = Curve::new(&tension, compression);
+        let compression = Curve::straight(tension.slope(0.0));
+        Self { tension, compression, measured: true }
+    }
+
+    /// Energy per length, J/m.
+    pub fn energy(&self, strain: f64) -> f64 {
+        if strain < 0.0 { self.compression.integral(-strain) } else { self.tension.integral(strain) }
+    }
+
+    /// Force, N.
+    pub fn force(&self, strain: f64) -> f64 {
+        if strain < 0.0 { -self.compression.value(-strain) } else { self.tension.value(strain) }
+    }
+
+    /// Derivative of the force in the strain, N.
+    pub fn stiffness(&self, strain: f64) -> f64 {
+        if strain < 0.0 { self.compression.slope(-strain) } else { self.tension.slope(strain) }
+    }
+
+    /// Strain under a force (N).
+    pub fn strain(&self, force: f64) -> f64 {
+        if force < 0.0 { -self.compression.inverse(-force) } else { self.tension.inverse(force) }
+    }
+
+    /// The greatest stiffness that it has, N.
+    pub fn greatest_stiffness(&self) -> f64 {
+        self.tension.greatest_slope().max(self.compression.greatest_slope())
+    }
+}
+
+/// Creep of a section: a part of its stiffness relaxes with time (a generalised Maxwell model).
+///
+/// Each element is a spring in series with a dashpot, and all of them act in parallel with what lasts. At once the
+/// section has the stiffness `C + Σ k`, after a long time C.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SectionCreep {
+    /// Elements in bending, alike in all directions.
+    pub bending: Vec<CreepElement>,
+    /// Elements in torsion.
+    pub torsion: Vec<CreepElement>,
+}
+
+impl SectionCreep {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.bending.is_empty() && self.torsion.is_empty()
+    }
+}
+
+/// Element of creep: a spring in series with a dashpot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CreepElement {
+    /// k, N m²: stiffness of the spring.
+    pub stiffness: f64,
+    /// τ, s: the time in which its moment falls to 1/e at a curvature that is held.
+    pub time: f64,
 }
 
 /// Friction within a section: wires and coverings that slip on each other (Prandtl–Ishlinskii model).
@@ -86,16 +200,38 @@ impl Section {
         crate::Vector::new(self.bending_stiffness[0], self.bending_stiffness[1], self.torsion_stiffness)
     }
 
-    /// Diagonal of the bend-twist stiffness of what neither slips nor yields, N m²: the least that the section has.
+    /// Diagonal of the bend-twist stiffness that is linear and lasts, N m²: of what neither slips, yields, relaxes nor
+    /// has a curve.
     pub fn lasting_diagonal(&self) -> crate::Vector {
-        let yields = self.set.map_or(0.0, |set| set.stiffness);
-        self.bend_diagonal() - crate::Vector::new(yields, yields, 0.0)
+        let [bending, torsion] = [self.set, self.laws.torsion_set].map(|set| set.map_or(0.0, |set| set.stiffness));
+        let lasting = self.bend_diagonal() - crate::Vector::new(bending, bending, torsion);
+        if self.laws.bending.is_some() { crate::Vector::new(0.0, 0.0, lasting.z) } else { lasting }
+    }
+
+    /// Stretch-shear stiffness that is linear, N: `diag(GA1, GA2, EA)`, with 0 in place of EA where there is an axial
+    /// law.
+    pub fn linear_stretch_diagonal(&self) -> crate::Vector {
+        let linear = self.stretch_diagonal();
+        if self.laws.axial.is_some() { crate::Vector::new(linear.x, linear.y, 0.0) } else { linear }
+    }
+
+    /// Axial strain under a tension (N).
+    pub fn strain(&self, tension: f64) -> f64 {
+        self.laws.axial.as_ref().map_or_else(|| tension / self.axial_stiffness, |law| law.strain(tension))
+    }
+
+    /// Derivative of the axial force in the strain at a tension (N), N.
+    pub fn stiffness_at(&self, tension: f64) -> f64 {
+        self.laws.axial.as_ref().map_or(self.axial_stiffness, |law| law.stiffness(law.strain(tension)))
     }
 
     /// All that slips or yields, beside [`Self::lasting_diagonal`].
     pub fn slipping(&self) -> SectionFriction {
         let SectionFriction { bending, torsion } = &self.friction;
-        SectionFriction { bending: bending.iter().copied().chain(self.set).collect(), torsion: torsion.clone() }
+        SectionFriction {
+            bending: bending.iter().copied().chain(self.set).collect(),
+            torsion: torsion.iter().copied().chain(self.laws.torsion_set).collect(),
+        }
     }
 
     /// Whether it expands or bends with the temperature.
@@ -108,15 +244,59 @@ impl Section {
         self.thermal_curvature != crate::Vector::zeros()
     }
 
-    /// Whether it keeps a set: something in it slips or yields.
+    /// Whether it keeps a set: something in it slips, yields or relaxes.
     pub fn remembers(&self) -> bool {
-        !self.friction.is_empty() || self.set.is_some()
+        !self.friction.is_empty() || self.yields() || !self.laws.creep.is_empty()
     }
 
-    /// Diagonal of the bend-twist stiffness while no friction slips, N m²: the greatest that the section has.
+    /// Whether bends or twists beyond a limit are permanent.
+    fn yields(&self) -> bool {
+        self.set.is_some() || self.laws.torsion_set.is_some()
+    }
+
+    /// The keys of what it has beside linear stiffness, as scenarios have them.
+    pub fn nonlinear_keys(&self) -> Vec<&'static str> {
+        let has = [
+            ("`friction`", !self.friction.is_empty()),
+            ("`set`", self.yields()),
+            ("`creep`", !self.laws.creep.is_empty()),
+            ("a `bending_curve`", self.laws.bending.is_some()),
+            ("an axial law", self.laws.axial.is_some()),
+        ];
+        has.into_iter().filter(|(_, has)| *has).map(|(key, _)| key).collect()
+    }
+
+    /// Whether moments are those of [`Self::bend_diagonal`] alone.
+    pub fn bends_linearly(&self) -> bool {
+        !self.remembers() && self.laws.bending.is_none()
+    }
+
+    /// Whether twisting moments are those of GJ alone.
+    pub fn twists_linearly(&self) -> bool {
+        self.friction.torsion.is_empty() && self.laws.creep.torsion.is_empty() && self.laws.torsion_set.is_none()
+    }
+
+    /// Diagonal of the bend-twist stiffness while nothing slips or relaxes, N m²: the greatest that the section has.
     pub fn sticking_diagonal(&self) -> crate::Vector {
-        let sum = |elements: &[FrictionElement]| elements.iter().map(|element| element.stiffness).sum::<f64>();
-        let [bending, torsion] = [sum(&self.friction.bending), sum(&self.friction.torsion)];
-        self.bend_diagonal() + crate::Vector::new(bending, bending, torsion)
+        let Self { friction, laws: SectionLaws { creep, bending: curve, .. }, .. } = self;
+        let sum = |slips: &[FrictionElement], relaxes: &[CreepElement]| {
+            let slips: f64 = slips.iter().map(|element| element.stiffness).sum();
+            slips + relaxes.iter().map(|element| element.stiffness).sum::<f64>()
+        };
+        let bending = sum(&friction.bending, &creep.bending);
+        let torsion = sum(&friction.torsion, &creep.torsion);
+        let elastic = match curve {
+            Some(curve) => {
+                let greatest = curve.greatest_slope();
+                crate::Vector::new(greatest, greatest, self.torsion_stiffness)
+            }
+            None => self.bend_diagonal(),
+        };
+        elastic + crate::Vector::new(bending, bending, torsion)
+    }
+
+    /// The greatest axial stiffness that it has, N.
+    pub fn greatest_axial_stiffness(&self) -> f64 {
+        self.laws.axial.as_ref().map_or(self.axial_stiffness, AxialLaw::greatest_stiffness)
     }
 }

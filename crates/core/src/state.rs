@@ -107,6 +107,7 @@ impl State {
             free_strain: 0.0,
             extra_curvature: &[],
             memory: &[],
+            duration: 0.0,
         }
     }
 

@@ -280,6 +280,8 @@ pub struct Step {
     /// Number of equal parts of the step of which the results keep the last increment; 0 is as 1. It divides
     /// [`Self::increments`].
     pub parts: usize,
+    /// Time that the step takes, s: what creeps does so in it.
+    pub duration: f64,
     /// Gravity reached at the end of the step, m/s².
     pub gravity: Option<Vector>,
     /// Angular velocity of the axes reached at the end of the step, rad/s.

@@ -8,7 +8,8 @@
 //! `hash`. Without any, the key is not there.
 //!
 //! A branch has its `diameter`, the smallest bend radius allowed (`bend_radius_limit`) and its axial stiffness EA
-//! beside its lists of values at nodes. If its section slips or yields it has `friction`: at each node the `set`
+//! beside its lists of values at nodes; with an axial law also the axial `strain`, which is otherwise the tension over
+//! EA. If its section slips, yields or creeps it has `friction`: at each node the `set`
 //! (curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain without the moment there,
 //! 1/m), and the energy `dissipated` in the increment and, as `dissipated_in_all`, since the start (J). The
 //! `energy` of a step is what is stored.

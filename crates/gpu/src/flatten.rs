@@ -6,6 +6,7 @@ use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::law::TurningLaw;
 use wireloom_core::network::Site;
 use wireloom_core::registry::BuildError;
+use wireloom_core::section::SectionLaws;
 use wireloom_core::variable::Variable as CoreVariable;
 use wireloom_core::{Matrix, Network, Pose, Problem, Rotation, State, Tangent, Vector};
 use wireloom_shaders::harness::{
@@ -51,6 +52,9 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
             None => return refused(format!("the rod of branch `{}`", branch.name)),
             Some(law) if !law.friction.is_empty() => {
                 return refused(format!("what slips or yields in the section of branch `{}`", branch.name));
+            }
+            Some(law) if law.laws != SectionLaws::default() => {
+                return refused(format!("a curve or creep in the section of branch `{}`", branch.name));
             }
             Some(_) => {}
         }

@@ -259,6 +259,7 @@ fn quantity(plain: i32) -> Option<Quantity> {
         abi::QUANTITY_THERMAL_EXPANSION => Quantity::ThermalExpansion,
         abi::QUANTITY_THERMAL_CURVATURE => Quantity::ThermalCurvature,
         abi::QUANTITY_ANGULAR_SPEED => Quantity::AngularSpeed,
+        abi::QUANTITY_TIME => Quantity::Time,
         _ => return None,
     })
 }

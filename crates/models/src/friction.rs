@@ -27,10 +27,6 @@ const ROUND_OFF: f64 = 1e-12;
 /// slip it is at its limit, where the second derivative jumps. The smaller one is then taken: no equilibrium is called
 /// stable for a stiffness that it has in one direction only.
 const AT_LIMIT: f64 = 1e-9;
-/// Largest number of iterations for the curvature under a moment; it needs a few for each element.
-const ITERATIONS: usize = 200;
-/// Smallest part of a step that is tried.
-const SMALLEST_PART: f64 = 1e-9;
 
 /// An element in D directions: 2 in bending, 1 in torsion.
 struct Element<const D: usize> {
@@ -158,36 +154,5 @@ impl<'a> Friction<'a> {
             dissipated += energy;
         }
         dissipated
-    }
-
-    /// The curvature beyond that at rest under a moment (N m), 1/m, beside an elastic stiffness `c` (N m², a diagonal):
-    /// the root of `C e + ∂h = m`, by Newton's method on the strictly convex `½ eᵀ C e + Σ h − m·e`. A step is taken
-    /// where it halves the residual, or else as much of it as lowers the potential enough.
-    pub fn strain_under(law: &'a SectionFriction, c: &Vector, moment: &Vector, memory: &'a [f64]) -> Vector {
-        let at = |strain: Vector| Self::new(law, strain, memory);
-        let potential = |e: &Vector| {
-            let (bend, twist) = at(*e).energy();
-            0.5 * e.dot(&c.component_mul(e)) + bend + twist - moment.dot(e)
-        };
-        let residual = |e: &Vector| c.component_mul(e) + at(*e).moment() - moment;
-        let mut e = Vector::zeros();
-        for _ in 0..ITERATIONS {
-            let left = residual(&e);
-            let tangent = at(e).tangent() + Matrix::from_diagonal(c);
-            let Some(step) = tangent.cholesky().map(|factor| factor.solve(&left)) else { break };
-            let (now, slope) = (potential(&e), left.dot(&step));
-            let mut part = 1.0;
-            if residual(&(e - step)).norm() > 0.5 * left.norm() {
-                while part > SMALLEST_PART && potential(&(e - step * part)) > now - 1e-4 * part * slope {
-                    part *= 0.5;
-                }
-            }
-            // At round-off no part of the step lowers the potential.
-            if part <= SMALLEST_PART || step.norm() <= f64::EPSILON * e.norm() {
-                break;
-            }
-            e -= step * part;
-        }
-        e
     }
 }

@@ -60,6 +60,22 @@ impl StretchShear {
         Self { r, v, n, c, beyond, free }
     }
 
+    /// Γ3.
+    pub fn axial_strain(&self) -> f64 {
+        self.v.z - self.free
+    }
+
+    /// The same segment with this force (N) and stiffness (N) along its frame, and no others.
+    pub fn along(self, force: f64, stiffness: f64) -> Self {
+        Self { n: Vector::z() * force, c: Vector::z() * stiffness, beyond: 0.0, ..self }
+    }
+
+    /// δΓ for a step: `Rᵀ δe/ℓ + v × θ`.
+    #[inline(always)]
+    pub fn strain_change(&self, l: f64, de: &Vector, theta: &Vector) -> Vector {
+        self.r.tr_mul(de) / l + self.v.cross(theta)
+    }
+
     /// (shear, stretch) energy, J.
     #[inline(always)]
     pub fn energy(&self, l: f64) -> (f64, f64) {
@@ -415,6 +431,21 @@ impl BlendedStretchShear {
         let free = 1.0 + free_strain;
         let n = stiffness.c.component_mul(&(u - Vector::z() * free)) + Vector::z() * (beyond * u.z);
         Self { r, v, n, c, beyond, u, free, inverse, turns }
+    }
+
+    /// Γ3.
+    pub fn axial_strain(&self) -> f64 {
+        self.u.z - self.free
+    }
+
+    /// As [`StretchShear::along`].
+    pub fn along(self, force: f64, stiffness: f64) -> Self {
+        Self { n: Vector::z() * force, c: Vector::z() * stiffness, beyond: 0.0, ..self }
+    }
+
+    /// u.
+    pub fn corrected(&self) -> &Vector {
+        &self.u
     }
 
     /// (shear, stretch) energy, J.

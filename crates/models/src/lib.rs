@@ -1,6 +1,8 @@
 //! Built-in rods, joints and constraints, registered in the same way as those of plugins.
 
 pub mod constraints;
+pub mod coupling_law;
+pub mod creep;
 pub mod friction;
 pub mod joints;
 pub mod kernel;

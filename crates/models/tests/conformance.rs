@@ -2,9 +2,10 @@
 
 use nalgebra::Unit;
 use wireloom_core::constraint::{Constraint, ConstraintSpec, HoldWord};
+use wireloom_core::curve::Curve;
 use wireloom_core::joint::{JointModel, JointSpec};
 use wireloom_core::rod::{BranchShape, Mesh, RodSegment, RodSpec};
-use wireloom_core::section::{FrictionElement, SectionFriction};
+use wireloom_core::section::{AxialLaw, CreepElement, FrictionElement, SectionCreep, SectionFriction, SectionLaws};
 use wireloom_core::{Parameters, Registry, Rotation, Section, Value, Vector};
 use wireloom_testkit::conformance::rod::section;
 use wireloom_testkit::{
@@ -31,11 +32,38 @@ fn rod_with_friction(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegme
     move |spec| made(RodSpec { section: Section { friction: friction.clone(), ..spec.section }, ..spec })
 }
 
-/// Bends of more than 1 1/m are permanent.
+/// With these laws in its section.
+fn rod_with_laws(kind: &'static str, laws: SectionLaws) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
+    let made = rod(kind);
+    move |spec| made(RodSpec { section: Section { laws: laws.clone(), ..spec.section }, ..spec })
+}
+
+/// Curves with so many points that differences do not see the kinks of their slopes: a softening one of bending, whose
+/// slope falls to a third, and an axial one that is stiffer by half at a strain of 2. The suite's shapes stay within.
+fn curves() -> SectionLaws {
+    let bending: Vec<[f64; 2]> =
+        (1..=6000).map(|k| 0.02 * f64::from(k)).map(|x| [x, 2.0 * (x / 40.0).asinh()]).collect();
+    let strains = (-10_000..=10_000).filter(|k| *k != 0).map(|k| 2.5e-4 * f64::from(k));
+    let axial: Vec<[f64; 2]> = strains.map(|x| [x, 360.0 * (x / 3.0).sinh()]).filter(|[x, _]| *x > -1.0).collect();
+    let axial = Some(AxialLaw::through(&axial, None));
+    SectionLaws { bending: Some(Curve::new(&bending, None)), axial, ..SectionLaws::default() }
+}
+
+/// Elements that are slow and fast beside the duration of increments.
+fn creeping() -> SectionLaws {
+    let element = |stiffness: f64, time: f64| CreepElement { stiffness, time };
+    let creep =
+        SectionCreep { bending: vec![element(0.03, 0.2), element(0.05, 3.0)], torsion: vec![element(0.02, 1.0)] };
+    SectionLaws { creep, ..SectionLaws::default() }
+}
+
+/// Bends of more than 1 1/m and twists of more than 1.5 rad/m are permanent.
 fn rod_that_yields(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
     let made = rod(kind);
     let set = Some(FrictionElement { stiffness: 0.04, moment: 0.04 });
-    move |spec| made(RodSpec { section: Section { set, ..spec.section }, ..spec })
+    let laws =
+        SectionLaws { torsion_set: Some(FrictionElement { stiffness: 0.02, moment: 0.03 }), ..SectionLaws::default() };
+    move |spec| made(RodSpec { section: Section { set, laws: laws.clone(), ..spec.section }, ..spec })
 }
 
 fn joint(kind: &'static str) -> impl Fn(JointSpec) -> Box<dyn JointModel> {
@@ -93,6 +121,9 @@ rod_conformance!(mass_spring_chain, rod("mass-spring"));
 rod_conformance!(cosserat_rod_with_friction, rod_with_friction("cosserat"));
 rod_conformance!(kirchhoff_rod_with_friction, rod_with_friction("kirchhoff"));
 rod_conformance!(cosserat_rod_that_yields, rod_that_yields("cosserat"));
+rod_conformance!(cosserat_rod_with_curves, rod_with_laws("cosserat", curves()));
+rod_conformance!(kirchhoff_rod_with_curves, rod_with_laws("kirchhoff", curves()));
+rod_conformance!(cosserat_rod_that_creeps, rod_with_laws("cosserat", creeping()));
 
 /// Rods without shear have the same energy to the last bit for any shear stiffness of the section.
 #[test]
@@ -114,6 +145,7 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
             free_strain: 0.0,
             extra_curvature: &[],
             memory: &[],
+            duration: 0.0,
         };
         rod(kind)(spec).energy(&shape).total()
     };

@@ -57,6 +57,7 @@ impl Coupling {
             free_strain: 0.0,
             extra_curvature: &[],
             memory: &self.memory,
+            duration: 0.0,
         };
         read(&*self.rod, &shape)
     }

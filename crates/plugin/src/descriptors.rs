@@ -157,6 +157,7 @@ fn abi_quantity(quantity: Quantity) -> i32 {
         Quantity::ThermalExpansion => abi::QUANTITY_THERMAL_EXPANSION,
         Quantity::ThermalCurvature => abi::QUANTITY_THERMAL_CURVATURE,
         Quantity::AngularSpeed => abi::QUANTITY_ANGULAR_SPEED,
+        Quantity::Time => abi::QUANTITY_TIME,
     }
 }
 

@@ -150,6 +150,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                     thermal_curvature: Vector::zeros(),
                     friction: Default::default(),
                     set: None,
+                    laws: Default::default(),
                 },
                 segment_length: arm.segment_length,
                 length: arm.length,

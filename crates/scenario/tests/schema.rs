@@ -41,9 +41,17 @@ fn values_have_descriptions_units_and_limits() {
 fn a_section_is_measured_or_has_wires() {
     let schema = schema(&common::registry());
     let section = &schema["properties"]["sections"]["additionalProperties"];
-    let measured = ["diameter", "linear_density", "axial_stiffness", "bending_stiffness", "torsion_stiffness"];
     assert_eq!(section["required"], serde_json::json!([]));
-    assert_eq!(section["anyOf"], serde_json::json!([{ "required": ["wires"] }, { "required": measured }]));
+    let unless = |others: &[&str], keys: &[&str]| {
+        let others = others.iter().map(|other| serde_json::json!({ "required": [other] }));
+        serde_json::json!({ "anyOf": others.chain([serde_json::json!({ "required": keys })]).collect::<Vec<_>>() })
+    };
+    let cases = [
+        unless(&["wires"], &["diameter", "linear_density", "torsion_stiffness"]),
+        unless(&["wires", "axial_curve"], &["axial_stiffness"]),
+        unless(&["wires", "bending_curve"], &["bending_stiffness"]),
+    ];
+    assert_eq!(section["allOf"], serde_json::json!(cases));
     assert_eq!(section["dependentRequired"]["covering"], serde_json::json!(["wires"]));
     let covering = &section["properties"]["covering"]["anyOf"];
     assert_eq!(covering[0]["type"], "string");

@@ -38,13 +38,28 @@ fn between(found: Between, slip: f64, taken: f64, bonded: f64) {
     close(found.bonded, bonded);
 }
 
-/// The rods of this crate's tests have no memory: a section with friction would be bent without it, whatever the kind.
+/// The rods of this crate's tests say no law: a section that is not linear would be bent as if it were, whatever the
+/// kind.
 #[test]
-fn friction_is_refused_where_the_rod_has_none() {
-    let section = "diameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 1e4\nbending_stiffness = 0.01\n\
-                   torsion_stiffness = 0.01\nfriction = { torsion = [{ stiffness = 0.01, moment = 0.02 }] }";
-    let said = refused(section, "");
-    assert!(said.contains("its rod \"cosserat\" has no friction or set, but its section \"s\" has"), "{said}");
+fn laws_are_refused_where_the_rod_does_not_say_them() {
+    let laws = [
+        ("", ""),
+        ("friction = { torsion = [{ stiffness = 0.01, moment = 0.02 }] }", "`friction`"),
+        ("creep = { bending = [{ stiffness = 0.01, time = \"2 h\" }] }", "`creep`"),
+        ("set = { yield_curvature = 2, hardening = 0.1 }", "`set`"),
+        ("compression_stiffness = 10", "an axial law"),
+        (
+            "friction = { bending = [{ stiffness = 1, moment = 1 }] }\ncompression_stiffness = 10",
+            "`friction`, an axial law",
+        ),
+    ];
+    for (law, words) in laws {
+        let section = "diameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 1e4\nbending_stiffness = 0.01\n\
+                       torsion_stiffness = 0.01\n";
+        let said = refused(&format!("{section}{law}"), "");
+        let want = format!("its section \"s\" has {words}, and its rod \"cosserat\" does not say that it models this");
+        assert!(if law.is_empty() { said.is_empty() } else { said.contains(&want) }, "{law}: {said}");
+    }
 }
 
 /// E π d⁴/64 of copper and of PVC, independently: 120 GPa · 0.04909 mm⁴ + 50 MPa · 0.7363 mm⁴.

@@ -2,7 +2,6 @@
 
 use crate::frame::Stretch;
 use wireloom::StepResult;
-use wireloom::geometry::columns;
 use wireloom::result::{BranchResult, EventPlace, Measure, Violation};
 
 /// Fraction of the mean stretch of a span above which a place of it is stretched.
@@ -22,22 +21,16 @@ pub(crate) fn of(violation: &Violation, end: &StepResult) -> Vec<Stretch> {
         let s = s.unwrap_or(first);
         Stretch { branch: branch.name.clone(), from: (s - reach).max(first), to: (s + reach).min(last) }
     };
-    let stiffness = own.axial_stiffness;
     let found = match measure {
-        Measure::Tension => beyond(own, |i| tension(own, i) > *limit),
-        Measure::Compression => beyond(own, |i| -tension(own, i) > *limit),
-        Measure::Strain if value < limit => beyond(own, |i| tension(own, i) < limit * stiffness),
-        Measure::Strain => beyond(own, |i| tension(own, i) > limit * stiffness),
-        Measure::Reach => beyond(own, |i| tension(own, i) > STRETCHED * (value - 1.0) * stiffness),
+        Measure::Tension => beyond(own, |i| own.tension_at(i) > *limit),
+        Measure::Compression => beyond(own, |i| -own.tension_at(i) > *limit),
+        Measure::Strain if value < limit => beyond(own, |i| own.strain_at(i) < *limit),
+        Measure::Strain => beyond(own, |i| own.strain_at(i) > *limit),
+        Measure::Reach => beyond(own, |i| own.strain_at(i) > STRETCHED * (value - 1.0)),
         Measure::Overlap => other.map(|other| around(other, *other_s)).into_iter().chain([around(own, *s)]).collect(),
         _ => return Vec::new(),
     };
     if found.is_empty() { vec![around(own, *s)] } else { found }
-}
-
-/// Tension at a node, N.
-fn tension(branch: &BranchResult, node: usize) -> f64 {
-    branch.force[node].dot(&columns(&branch.frame[node])[2])
 }
 
 /// Runs of nodes that are beyond a limit.

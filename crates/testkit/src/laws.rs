@@ -3,6 +3,7 @@
 
 use wireloom_core::law::{PairLaw, RodLaw, SpringLaw, TurningLaw};
 use wireloom_core::rod::{CellPair, Mesh};
+use wireloom_core::section::CreepElement;
 use wireloom_core::{BranchShape, Matrix, Pose, Rotation, Vector};
 
 /// w ≥ 0 and v of `q̄_a q_b`.
@@ -49,6 +50,7 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
         let overturned = blended.z.min(0.0);
         let stiff = gamma.dot(&segment.stiffness.component_mul(&gamma));
         energy += 0.5 * l * (stiff + segment.overturned * overturned * overturned);
+        energy += l * law.laws.axial.as_ref().map_or(0.0, |law| law.energy(gamma.z));
     }
     for (c, stiffness) in law.couplings.iter().enumerate() {
         let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
@@ -57,9 +59,10 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
     if law.variation > 0.0 {
         energy += mesh.pairs.iter().map(|pair| variation(law, pair, shape)).sum::<f64>();
     }
-    let (bending, torsion) = (&law.friction.bending, &law.friction.torsion);
-    let memory = shape.memory.chunks_exact((2 * bending.len() + torsion.len()).max(1));
-    for (c, own) in memory.enumerate() {
+    let (bending, torsion, creep) = (&law.friction.bending, &law.friction.torsion, &law.laws.creep);
+    let width = shape.memory.len() / law.couplings.len().max(1);
+    for c in 0..law.couplings.len() {
+        let (own, flows) = shape.memory[c * width..(c + 1) * width].split_at(2 * bending.len() + torsion.len());
         let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
         let (_, v) = relative(&shape.frames[c], &shape.frames[c + 1]);
         let lambda = shape.coupling_lengths[c];
@@ -71,6 +74,22 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
             let (k, m) = (element.stiffness, element.moment);
             energy += lambda * if d <= m / k { 0.5 * k * d * d } else { m * d - 0.5 * m * m / k };
         }
+        energy += lambda * law.laws.bending.as_ref().map_or(0.0, |curve| curve.integral(e.x.hypot(e.y)));
+        let (flows, twists) = flows.split_at(if creep.bending.is_empty() { 0 } else { 2 + 2 * creep.bending.len() });
+        let relaxing = |elements: &[CreepElement], e: &[f64], memory: &[f64]| -> f64 {
+            let directions = e.len();
+            let of = |(k, element): (usize, &CreepElement)| {
+                let x = shape.duration / element.time;
+                let (a, g) = if x > 0.0 { ((-x).exp(), -(-x).exp_m1() / x) } else { (1.0, 1.0) };
+                let apart = |(i, e): (usize, &f64)| {
+                    let (before, flow) = (memory[i], memory[(k + 1) * directions + i]);
+                    (e - flow - (1.0 - a / g) * (before - flow)).powi(2)
+                };
+                0.5 * element.stiffness * g * e.iter().enumerate().map(apart).sum::<f64>()
+            };
+            elements.iter().enumerate().map(of).sum()
+        };
+        energy += lambda * (relaxing(&creep.bending, &[e.x, e.y], flows) + relaxing(&creep.torsion, &[e.z], twists));
     }
     energy
 }

@@ -75,6 +75,7 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
         thermal_curvature: Vector::zeros(),
         friction: Default::default(),
         set: None,
+        laws: Default::default(),
     }
 }
 

@@ -47,7 +47,7 @@ pub use wireloom_core::registry::{
 };
 pub use wireloom_core::rod::{BranchHessian, BranchShape, RodEnergy, RodSegment, RodSpec};
 pub use wireloom_core::status::Status;
-pub use wireloom_core::{Conditions, Monitor, Problem, Section, State, Tangent, law};
+pub use wireloom_core::{Conditions, Monitor, Problem, Section, State, Tangent, curve, law};
 pub use wireloom_models::kernel;
 pub use wireloom_models::{constraints, joints, rods};
 pub use wireloom_solve::minimisers::newton::Newton;

@@ -89,6 +89,7 @@ impl RodTerm {
                 * system.conditions.temperatures[branch],
             extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
             memory: &system.conditions.rods[branch].memory,
+            duration: system.conditions.time - system.conditions.committed_time,
             ..state.branch(system.network, branch)
         }
     }

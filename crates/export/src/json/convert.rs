@@ -290,6 +290,7 @@ impl Branch<Vec<Vector3>> {
             diameter: Number(branch.diameter),
             bend_radius_limit: branch.bend_radius_limit.map(Number),
             axial_stiffness: Number(branch.axial_stiffness),
+            strain: branch.strain.as_deref().map(numbers_of),
             s: numbers_of(&branch.s),
             position: vectors_of(&branch.position),
             d3: column(2),
@@ -306,7 +307,8 @@ impl Branch<Vec<Vector3>> {
 
     fn result(self, name: String) -> Result<core::BranchResult, Refusal> {
         let set = self.friction.as_ref().map_or(self.d1.len(), |friction| friction.set.len());
-        let lengths = [self.d1.len(), self.force.len(), self.moment.len(), set];
+        let strain = self.strain.as_ref().map_or(self.d1.len(), Vec::len);
+        let lengths = [self.d1.len(), self.force.len(), self.moment.len(), set, strain];
         self.same_lengths(&name, &lengths)?;
         let frames = self.d3.into_iter().zip(self.d1);
         // Where a failure has left no numbers there is no frame either.
@@ -316,6 +318,7 @@ impl Branch<Vec<Vector3>> {
             diameter: self.diameter.0,
             bend_radius_limit: self.bend_radius_limit.map(number),
             axial_stiffness: self.axial_stiffness.0,
+            strain: self.strain.map(numbers),
             s: numbers(self.s),
             position: vectors(self.position),
             frame: frames.map(frame).collect(),

@@ -196,6 +196,8 @@ pub struct Branch<V> {
     #[serde(deserialize_with = "nullable")]
     pub bend_radius_limit: Option<Number>,
     pub axial_stiffness: Number,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strain: Option<Vec<Number>>,
     pub s: Vec<Number>,
     pub position: Vec<Vector3>,
     pub d3: Vec<Vector3>,

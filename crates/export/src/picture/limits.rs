@@ -41,7 +41,7 @@ impl<'a> Limits<'a> {
         own.any(|(_, measure, limit)| {
             let value = match measure {
                 Measure::Compression => -tension,
-                Measure::Strain => tension / branch.axial_stiffness,
+                Measure::Strain => branch.strain_at(i),
                 _ => tension,
             };
             value > *limit

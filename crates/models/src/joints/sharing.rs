@@ -152,6 +152,7 @@ mod tests {
             thermal_curvature: Vector::zeros(),
             friction: Default::default(),
             set: None,
+            laws: Default::default(),
         };
         let arm = |x: &f64| Arm {
             branch: "arm".into(),

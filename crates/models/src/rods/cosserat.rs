@@ -1,7 +1,7 @@
 //! The Cosserat rod: stretch, shear, bending and twist with the stiffnesses of the section.
 
 use crate::kernel::{SegmentStiffness, Stencil};
-use crate::rods::friction::with_friction;
+use crate::rods::nonlinear::with_laws;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
@@ -12,7 +12,7 @@ pub fn kind() -> RodKind {
         name: "cosserat".into(),
         doc: "geometrically exact rod: stretch, shear, bending and twist; fourth order in the segment length".into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(with_friction(spec, rod(spec.clone())))),
+        build: Box::new(|spec, _| Ok(with_laws(spec, rod(spec.clone())))),
     }
 }
 
@@ -22,13 +22,14 @@ pub fn rod(spec: RodSpec) -> StaggeredRod {
     StaggeredRod::new(spec, stiffness)
 }
 
-/// The stiffness of every part of a branch. Where the section slips or yields the scheme is of second order.
+/// The stiffness of every part of a branch that is linear. Where bending or torsion is not, the scheme is of second
+/// order.
 pub fn stiffness(spec: &RodSpec) -> Stiffness {
-    let segment = SegmentStiffness { c: spec.section.stretch_diagonal(), overturned: 0.0 };
+    let segment = SegmentStiffness { c: spec.section.linear_stretch_diagonal(), overturned: 0.0 };
     Stiffness {
         segments: vec![segment; spec.mesh.segments()],
         couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
         blends: [Stencil::END.station, Stencil::INNER.station],
-        variation: if spec.section.remembers() { 0.0 } else { 1.0 },
+        variation: if spec.section.bends_linearly() { 1.0 } else { 0.0 },
     }
 }

@@ -30,7 +30,7 @@
 //! it: the minimisers' steps carry them in time as Bergou's are.
 
 use crate::kernel::{SegmentStiffness, Stencil};
-use crate::rods::friction::with_friction;
+use crate::rods::nonlinear::with_laws;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
@@ -47,7 +47,7 @@ pub fn kind() -> RodKind {
               looked at; second order in the segment length, with a small constant"
             .into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(with_friction(spec, StaggeredRod::new(spec.clone(), stiffness(spec))))),
+        build: Box::new(|spec, _| Ok(with_laws(spec, StaggeredRod::new(spec.clone(), stiffness(spec))))),
     }
 }
 
@@ -56,12 +56,12 @@ fn stiffness(spec: &RodSpec) -> Stiffness {
         segments: spec.mesh.rest_lengths.iter().map(|l| aligned(&spec.section, *l)).collect(),
         couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
         blends: [Stencil::END.station, Stencil::INNER.station],
-        variation: if spec.section.remembers() { 0.0 } else { 1.0 + 12.0 / ALIGNMENT },
+        variation: if spec.section.bends_linearly() { 1.0 + 12.0 / ALIGNMENT } else { 0.0 },
     }
 }
 
 /// diag(A1, A2, EA) and what keeps edges from being overturned, of a segment of this length (m).
 pub(super) fn aligned(section: &Section, length: f64) -> SegmentStiffness {
     let [a2, a1] = section.bending_stiffness.map(|ei| ALIGNMENT * ei / (length * length));
-    SegmentStiffness { c: Vector::new(a1, a2, section.axial_stiffness), overturned: a1.max(a2) }
+    SegmentStiffness { c: Vector::new(a1, a2, section.linear_stretch_diagonal().z), overturned: a1.max(a2) }
 }

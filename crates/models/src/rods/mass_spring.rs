@@ -28,11 +28,12 @@ pub fn kind() -> RodKind {
             .into(),
         parameters: vec![],
         build: Box::new(|spec, _| {
-            if !spec.section.remembers() {
+            let section = &spec.section;
+            if section.bends_linearly() && section.laws.axial.is_none() {
                 return Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))));
             }
-            let message =
-                format!("its section \"{}\" has friction or a set, a mass-spring chain has neither", spec.section.name);
+            let has = section.nonlinear_keys().join(", ");
+            let message = format!("its section \"{}\" has {has}, a mass-spring chain is linear", section.name);
             Err(BuildError::new(message, "rod = \"cosserat\" and rod = \"kirchhoff\" have them").at("rod"))
         }),
     }

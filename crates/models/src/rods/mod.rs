@@ -1,7 +1,8 @@
 //! Rods.
 
+mod axial;
 pub mod cosserat;
-pub mod friction;
 pub mod kirchhoff;
 pub mod mass_spring;
+pub mod nonlinear;
 pub mod staggered;

@@ -12,7 +12,7 @@ use wireloom_core::law::{RodLaw, SegmentLaw};
 use wireloom_core::rod::{
     Beside, BranchHessian, BranchShape, CellPair, CouplingHessian, Mesh, RodEnergy, RodSegment, RodSpec,
 };
-use wireloom_core::section::SectionFriction;
+use wireloom_core::section::{SectionFriction, SectionLaws};
 use wireloom_core::{Matrix, Rotation, Vector};
 
 /// The stiffness of every part of a branch.
@@ -56,12 +56,12 @@ impl StaggeredRod {
         Self { plain, stencils, stiffness, curvature: spec.curvature, mesh }
     }
 
-    fn plain(&self) -> impl Iterator<Item = usize> {
+    pub(super) fn plain(&self) -> impl Iterator<Item = usize> {
         self.plain.iter().flat_map(Clone::clone)
     }
 
     #[inline(always)]
-    fn segment(&self, shape: &BranchShape<'_>, j: usize) -> StretchShear {
+    pub(super) fn segment(&self, shape: &BranchShape<'_>, j: usize) -> StretchShear {
         let q = &shape.frames[self.mesh.segment_frames[j]];
         StretchShear::new(&shape.edge(j), q, [shape.rest_lengths[j], shape.free_strain], &self.stiffness.segments[j])
     }
@@ -78,7 +78,7 @@ impl StaggeredRod {
     }
 
     /// Segments beside stations with their laws.
-    fn all_blended<'s>(
+    pub(super) fn all_blended<'s>(
         &'s self,
         shape: &'s BranchShape<'_>,
     ) -> impl Iterator<Item = (&'s Beside, BlendedStretchShear)> + 's {
@@ -316,8 +316,7 @@ impl RodSegment for StaggeredRod {
         for j in self.plain() {
             let law = self.segment(shape, j);
             let de = points[j + 1] - points[j];
-            let theta = &frames[self.mesh.segment_frames[j]];
-            let change = law.r.tr_mul(&de) / shape.rest_lengths[j] + law.v.cross(theta);
+            let change = law.strain_change(shape.rest_lengths[j], &de, &frames[self.mesh.segment_frames[j]]);
             forces[j] = law.n + law.c.component_mul(&change);
         }
         for (beside, law) in self.all_blended(shape) {
@@ -437,6 +436,7 @@ impl RodSegment for StaggeredRod {
             variation: self.stiffness.variation,
             curvature: self.curvature,
             friction: SectionFriction::default(),
+            laws: SectionLaws::default(),
         })
     }
 

@@ -288,13 +288,13 @@ class Branch:
     @property
     def set(self) -> Array | None:
         """Set: curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain without the moment
-        there, 1/m, shape (n, 3). `None` where its section has no friction."""
+        there, 1/m, shape (n, 3). `None` where nothing in its section slips, yields or creeps."""
         field = self._handle.set()
         return None if field is None else np.asarray(field)
 
     @property
     def dissipated(self) -> tuple[float, float] | None:
-        """Energy dissipated by the friction within its section, J: in the increment that ends here, and since the start.
+        """Energy dissipated within its section, J: in the increment that ends here, and since the start.
         `None` where it has none."""
         return self._handle.dissipated()
 

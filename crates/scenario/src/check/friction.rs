@@ -1,38 +1,45 @@
-//! Sections with friction or a set: combinations that would leave it out are refused.
+//! Sections that are not linear: combinations that would leave their laws out are refused.
 
 use crate::fault::Fault;
 use crate::scenario::Scenario;
+use wireloom_core::law::RodLaw;
 use wireloom_core::network::Place;
-use wireloom_core::{Mounting, Network};
+use wireloom_core::section::SectionLaws;
+use wireloom_core::{Mounting, Network, Section};
 
-/// Refuses branches whose section has friction or a set where their rod does not model it, where a joint couples them
-/// without it, and where their mesh moves along the cable, as what is remembered stays with the material.
+/// Refuses branches whose section has friction, a set, creep or curves where their rod does not say that it has them,
+/// where a joint couples them without, and, as what is remembered stays with the material, where the mesh of one that
+/// remembers moves along the cable.
 pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let remembers = |branch: usize| network.branches[branch].section.remembers();
-    let section = |branch: usize| &network.branches[branch].section.name;
+    let of = |branch: usize| &network.branches[branch].section;
+    let section = |branch: usize| &of(branch).name;
+    let has = |branch: usize| of(branch).nonlinear_keys().join(", ");
     for (b, (own, branch)) in scenario.branches.iter().zip(&network.branches).enumerate() {
-        if remembers(b) && branch.rod.memory().is_empty() {
+        let modelled = branch.rod.law().is_some_and(|law| models(&law, of(b)));
+        if !of(b).nonlinear_keys().is_empty() && !modelled {
             let message = format!(
-                "branch \"{}\": its rod \"{}\" has no friction or set, but its section \"{}\" has",
+                "branch \"{}\": its section \"{}\" has {}, and its rod \"{}\" does not say that it models this",
                 own.name,
-                own.rod,
-                section(b)
+                section(b),
+                has(b),
+                own.rod
             );
-            let help = "use rod = \"cosserat\", or a section without `friction` and `set`".to_owned();
+            let help = "use rod = \"cosserat\", or a section that is linear".to_owned();
             faults.push(Fault { span: own.spans.of(Some("rod")), message, help });
         }
     }
     for (own, joint) in scenario.joints.iter().zip(&network.joints) {
-        let remembering = joint.branches.iter().find(|b| remembers(**b));
-        if let (Mounting::Point, Some(&b)) = (joint.model.mounting(), remembering) {
+        let nonlinear = joint.branches.iter().find(|b| !of(**b).bends_linearly());
+        if let (Mounting::Point, Some(&b)) = (joint.model.mounting(), nonlinear) {
             let message = format!(
-                "joint \"{}\": its model \"{}\" couples branch \"{}\" elastically, but section \"{}\" has friction \
-                 or a set",
+                "joint \"{}\": its model \"{}\" couples branch \"{}\" by its linear stiffness, but section \"{}\" has \
+                 {}",
                 own.name,
                 own.model,
                 network.branches[b].name,
-                section(b)
+                section(b),
+                has(b)
             );
             let help =
                 "use model = \"fused\" or \"rigid-body\": up to these a branch has the law of its section".to_owned();
@@ -42,17 +49,24 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
     for (own, constraint) in scenario.constraints.iter().zip(&network.constraints) {
         let moves = if constraint.slide.is_some() { "slide" } else { "at" };
         let Place::Node { branch, .. } = constraint.place else { continue };
-        if (constraint.slide.is_some() || constraint.nearest) && remembers(branch) {
+        if (constraint.slide.is_some() || constraint.nearest) && of(branch).remembers() {
             let message = format!(
-                "constraint \"{}\" moves the mesh along branch \"{}\", whose section \"{}\" has friction or a set",
+                "constraint \"{}\" moves the mesh along branch \"{}\", whose section \"{}\" remembers: it has {}",
                 own.name,
                 network.branches[branch].name,
-                section(branch)
+                section(branch),
+                has(branch)
             );
-            let help =
-                "let it hold a fixed place of the cable, or give that branch a section without `friction` and `set`";
+            let help = "let it hold a fixed place of the cable, or give that branch a section without them";
             faults.push(Fault { span: own.spans.of(Some(moves)), message, help: help.to_owned() });
         }
     }
     faults
+}
+
+/// Whether a rod has all that its section has beside linear stiffness.
+fn models(law: &RodLaw, section: &Section) -> bool {
+    // What yields stands with what slips.
+    let laws = SectionLaws { torsion_set: None, ..section.laws.clone() };
+    law.friction == section.slipping() && law.laws == laws
 }

@@ -74,7 +74,12 @@ pub fn adjustable(scenario: &Scenario, registry: &Registry) -> Vec<Adjustable> {
     let used = |k: usize| scenario.branches.iter().any(|branch| branch.section == k);
     for (_, section) in scenario.sections.iter().enumerate().filter(|(k, _)| used(*k)) {
         let place = Place::of("sections", &section.name, format!("section {}", section.name));
-        for name in OF_SECTIONS {
+        let has_curve = |name: &str| match name {
+            "axial_stiffness" => section.laws.axial.as_ref().is_some_and(|law| law.measured),
+            "bending_stiffness" => section.laws.bending.is_some(),
+            _ => false,
+        };
+        for name in OF_SECTIONS.into_iter().filter(|name| !has_curve(name)) {
             all.extend(place.number(&keys::SECTION, name, value_of(section, name)));
         }
     }

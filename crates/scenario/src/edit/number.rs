@@ -32,8 +32,9 @@ pub fn number_at(text: &str, key: &str, registry: &Registry) -> Result<Number, F
         let help = "name a number that may have any value between two others, such as a length or a stiffness";
         return Err(refused(format!("`{key}` = {found} is a whole number, which does not vary"), help.to_owned()));
     }
-    let declared = form.and_then(|form| form.bound()).map(|(quantity, _)| quantity);
-    let unit = declared.or_else(|| of_kind(text, key, registry)).map(|quantity| units::words(quantity).unit.to_owned());
+    let unit = quantity_at(key)
+        .or_else(|| of_kind(text, key, registry))
+        .map(|quantity| units::words(quantity).unit.to_owned());
     let list = parts(key, 0).ok().and_then(|parts| {
         let last = parts.last()?;
         value_at(text, key.get(..last.span.start.checked_sub(1)?)?).ok()
@@ -71,8 +72,7 @@ pub fn value_for(text: &str, key: &str, written: &str, registry: &Registry) -> R
     if let Ok(value) = written.trim().parse::<f64>() {
         return if value.is_finite() { Ok(value) } else { Err(format!("`{written}` is not a finite number")) };
     }
-    let declared = form_at(key).and_then(|form| form.bound()).map(|(quantity, _)| quantity);
-    let found = match declared.or_else(|| of_kind(text, key, registry)) {
+    let found = match quantity_at(key).or_else(|| of_kind(text, key, registry)) {
         Some(quantity) => units::parse(written, quantity),
         None => units::any(written).map(|(value, _)| value),
     };
@@ -82,6 +82,17 @@ pub fn value_for(text: &str, key: &str, written: &str, registry: &Registry) -> R
 /// A number as it is written, in SI units.
 fn si(value: &Value) -> Option<f64> {
     value.as_f64().or_else(|| units::any(value.as_str()?).ok().map(|(value, _)| value))
+}
+
+/// Quantity of the number at a key, if the tables of keys have it.
+fn quantity_at(key: &str) -> Option<wireloom_core::Quantity> {
+    match form_at(key)? {
+        Form::Curve(quantities, _) => {
+            let last = parts(key, 0).ok()?.last()?.name.parse::<usize>().ok()?;
+            quantities.get(last).copied()
+        }
+        form => form.bound().map(|(quantity, _)| quantity),
+    }
 }
 
 /// Form of the value of a key, if the tables of keys have it; of a component of a list that of the list.
@@ -121,6 +132,7 @@ gravity = [0, 0, -9.81]
 [sections.length]
 bending_stiffness = [0.01, 0.012]
 diameter = "6 mm"
+bending_curve = [[1, 0.01], [2, "15 N mm"]]
 [[branches]]
 name = "b.1"
 length = "1 m"
@@ -142,6 +154,8 @@ at = { branch = "b.1", s = 0.2 }
         let is = |key: &str, value: f64, unit: &str| assert_eq!(at(key), Ok((value, unit.to_owned())), "{key}");
         is("sections.length.bending_stiffness.1", 0.012, "N m²");
         is("sections.length.diameter", 0.006, "m");
+        is("sections.length.bending_curve.1.0", 2.0, "1/m");
+        is("sections.length.bending_curve.1.1", 0.015, "N m");
         is("branches.\"b.1\".length", 1.0, "m");
         is("gravity.2", -9.81, "m/s²");
         is("constraints.hand.at.s", 0.2, "m");

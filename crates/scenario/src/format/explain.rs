@@ -215,7 +215,7 @@ fn of_key(place: &str, before: &str, key: &'static Key, way: &[(Step, Form)]) ->
     let need = match key.need {
         Need::Must => "must be given".to_owned(),
         Need::May => "may be left out".to_owned(),
-        Need::Unless(other) => format!("must be given, unless `{other}` is"),
+        Need::Unless(others) => format!("must be given, unless `{}` is", others.join("` or `")),
         Need::With(other) => format!("may be left out; goes with `{other}`"),
     };
     let example = match key.form {
@@ -291,6 +291,10 @@ fn holds(form: &Form) -> String {
         Form::Direction => "three numbers, a direction of any length".into(),
         Form::Orientation => "four numbers, a quaternion [w, x, y, z] of any length".into(),
         Form::Points(least) => format!("a list of points, at least {least}, each {}", three(Quantity::Length)),
+        Form::Curve([x, y], least) => {
+            let [x, y] = [x, y].map(|quantity| number(quantity, ANY));
+            format!("a list of points, at least {least}, each a pair of {x}, and {y}")
+        }
         Form::Directions => "a list of one or two directions".into(),
         Form::Count(minimum, maximum) => count(minimum, maximum),
         Form::Flag => "true or false".into(),
@@ -349,6 +353,12 @@ fn value(form: &Form) -> String {
         Form::Direction => "[1, 0, 0]".into(),
         Form::Orientation => "[1, 0, 0, 0]".into(),
         Form::Points(_) => "[[0, 0, 0], [0.2, 0, 0.05]]".into(),
+        Form::Curve(quantities, least) => {
+            let number = |k: usize, unit: &str| if unit.is_empty() { k.to_string() } else { format!("\"{k} {unit}\"") };
+            let point = |k: usize| quantities.map(|quantity| number(k, units::words(quantity).unit));
+            let points: Vec<String> = (1..=least).map(|k| format!("[{}]", point(k).join(", "))).collect();
+            format!("[{}]", points.join(", "))
+        }
         Form::Directions => "[[1, 0, 0]]".into(),
         Form::Count(minimum, _) => minimum.max(1).to_string(),
         Form::Flag => "true".into(),

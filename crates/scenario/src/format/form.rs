@@ -54,6 +54,8 @@ pub(crate) enum Form {
     Orientation,
     /// A list of points, m; with its least length.
     Points(usize),
+    /// A list of at least this many pairs of these quantities, the points of a curve.
+    Curve([Quantity; 2], usize),
     /// One or two directions.
     Directions,
     /// A whole number between these.
@@ -104,8 +106,8 @@ pub(crate) enum Need {
     Must,
     /// Never.
     May,
-    /// Unless this key is given.
-    Unless(&'static str),
+    /// Unless one of these keys is given.
+    Unless(&'static [&'static str]),
     /// Never; the key has no meaning without this other key.
     With(&'static str),
 }
@@ -157,9 +159,9 @@ pub(crate) const fn may(name: &'static str, form: Form, doc: &'static str) -> Ke
     Key { name, form, need: Need::May, doc }
 }
 
-/// A key that must be given unless `other` is.
-pub(crate) const fn unless(other: &'static str, name: &'static str, form: Form, doc: &'static str) -> Key {
-    Key { name, form, need: Need::Unless(other), doc }
+/// A key that must be given unless one of the `others` is.
+pub(crate) const fn unless(others: &'static [&'static str], name: &'static str, form: Form, doc: &'static str) -> Key {
+    Key { name, form, need: Need::Unless(others), doc }
 }
 
 /// A key that may be left out and has no meaning without `other`.

@@ -23,19 +23,21 @@ pub fn schema(registry: &Registry) -> Value {
 /// The schema of an entry: its keys and, for each kind, the parameters of the kind.
 fn entry(table: &Keys, registry: &Registry) -> Value {
     let mut properties = Map::new();
-    let (mut required, mut unless, mut with) = (Vec::new(), BTreeMap::<&str, Vec<&str>>::new(), Map::new());
+    let (mut required, mut unless, mut with) = (Vec::new(), BTreeMap::<&[&str], Vec<&str>>::new(), Map::new());
     for key in table.keys {
         properties.insert(key.name.to_owned(), property(table, key, registry));
         match key.need {
             Need::Must => required.push(key.name),
             Need::May => {}
-            Need::Unless(other) => unless.entry(other).or_default().push(key.name),
+            Need::Unless(others) => unless.entry(others).or_default().push(key.name),
             Need::With(other) => drop(with.insert(key.name.to_owned(), json!([other]))),
         }
     }
     let mut object = json!({ "type": "object", "properties": properties, "required": required });
-    for (other, keys) in unless {
-        object["anyOf"] = json!([{ "required": [other] }, { "required": keys }]);
+    let mut cases: Vec<Value> = unless.into_iter().map(|(others, keys)| unless_given(others, &keys)).collect();
+    if let [only] = &mut cases[..] {
+        object["anyOf"] = only["anyOf"].take();
+        cases.clear();
     }
     if !with.is_empty() {
         object["dependentRequired"] = Value::Object(with);
@@ -44,17 +46,26 @@ fn entry(table: &Keys, registry: &Registry) -> Value {
         None => object["additionalProperties"] = json!(false),
         Some((key, family, default)) => {
             let kinds = kinds::all(registry, family);
-            let mut cases: Vec<Value> = kinds.iter().map(|kind| when_kind(key, kind, default)).collect();
+            cases.extend(kinds.iter().map(|kind| when_kind(key, kind, default)));
             if has_types(table) {
                 let types = shipped_fixing_types(registry);
                 cases.extend(types.iter().filter_map(|(name, of)| when_type(key, name, of.as_ref()?, &kinds)));
                 cases.push(when_unknown(key, &kinds, &types));
             }
-            object["allOf"] = Value::Array(cases);
             object["unevaluatedProperties"] = json!(false);
         }
     }
+    if !cases.is_empty() {
+        object["allOf"] = Value::Array(cases);
+    }
     object
+}
+
+/// Condition: one of the `others` is given, or all these keys are.
+fn unless_given(others: &[&str], keys: &[&str]) -> Value {
+    let mut ways: Vec<Value> = others.iter().map(|other| json!({ "required": [other] })).collect();
+    ways.push(json!({ "required": keys }));
+    json!({ "anyOf": ways })
 }
 
 /// Whether the kind of such an entry may be a type of fixing.
@@ -152,6 +163,11 @@ fn form(form: &Form, registry: &Registry) -> Value {
         Form::Direction => direction(),
         Form::Orientation => list(json!({ "type": "number" }), 4, Some(4)),
         Form::Points(least) => list(list(number(Quantity::Length, ANY), 3, Some(3)), least, None),
+        Form::Curve(quantities, least) => {
+            let point = quantities.map(|quantity| number(quantity, ANY));
+            let point = json!({ "type": "array", "prefixItems": point, "minItems": 2, "maxItems": 2 });
+            list(point, least, None)
+        }
         Form::Directions => list(direction(), 1, Some(2)),
         Form::Count(minimum, maximum) => json!({ "type": "integer", "minimum": minimum, "maximum": maximum }),
         Form::Flag => json!({ "type": "boolean" }),

@@ -94,10 +94,11 @@ pub(crate) fn words(quantity: Quantity) -> Words {
             ..of("a thermal curvature", "1/(m K)", "0.01", [1e-12, 1e6], with_kelvin(-1, dimension(-1, 0, 0, 0)))
         },
         Quantity::AngularSpeed => of("an angular speed", "rad/s", "\"3000 rpm\"", [1e-9, 1e6], dimension(0, 0, -1, 1)),
+        Quantity::Time => of("a time", "s", "\"2 h\"", [1e-9, 1e12], dimension(0, 0, 1, 0)),
     }
 }
 
-const QUANTITIES: [Quantity; 19] = [
+const QUANTITIES: [Quantity; 20] = [
     Quantity::Dimensionless,
     Quantity::Length,
     Quantity::Mass,
@@ -117,6 +118,7 @@ const QUANTITIES: [Quantity; 19] = [
     Quantity::ThermalExpansion,
     Quantity::ThermalCurvature,
     Quantity::AngularSpeed,
+    Quantity::Time,
 ];
 
 /// Name of a dimension, for messages.
@@ -128,7 +130,7 @@ fn describe(d: Dimension) -> String {
 }
 
 /// Symbol, factor to SI, dimension, whether it takes prefixes.
-const SYMBOLS: [(&str, f64, Dimension, bool); 17] = [
+const SYMBOLS: [(&str, f64, Dimension, bool); 19] = [
     ("m", 1.0, dimension(1, 0, 0, 0), true),
     ("g", 1e-3, dimension(0, 1, 0, 0), true),
     ("s", 1.0, dimension(0, 0, 1, 0), true),
@@ -142,6 +144,8 @@ const SYMBOLS: [(&str, f64, Dimension, bool); 17] = [
     ("turns", std::f64::consts::TAU, dimension(0, 0, 0, 1), false),
     ("K", 1.0, with_kelvin(1, dimension(0, 0, 0, 0)), false),
     ("min", 60.0, dimension(0, 0, 1, 0), false),
+    ("h", 3600.0, dimension(0, 0, 1, 0), false),
+    ("d", 86400.0, dimension(0, 0, 1, 0), false),
     ("rpm", std::f64::consts::TAU / 60.0, dimension(0, 0, -1, 1), false),
     ("%", 1e-2, dimension(0, 0, 0, 0), false),
     ("ppm", 1e-6, dimension(0, 0, 0, 0), false),
@@ -391,6 +395,9 @@ mod tests {
             ("95 K", Quantity::Temperature, 95.0),
             ("3000 rpm", Quantity::AngularSpeed, 100.0 * std::f64::consts::PI),
             ("30 turns/min", Quantity::AngularSpeed, std::f64::consts::PI),
+            ("2 h", Quantity::Time, 7200.0),
+            ("1.5 d", Quantity::Time, 129_600.0),
+            ("20 ms", Quantity::Time, 0.02),
             ("17 ppm/K", Quantity::ThermalExpansion, 17e-6),
             ("17e-6 1/K", Quantity::ThermalExpansion, 17e-6),
             ("0.02 1/m/K", Quantity::ThermalCurvature, 0.02),

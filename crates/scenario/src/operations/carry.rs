@@ -30,7 +30,7 @@ const KEYS: Keys = Keys {
             Form::Table(&ABOUT),
             "the motion is that of a point and frame of the body instead of the first: their pose when the step begins",
         ),
-        unless("path", "keyframes", Form::Tables(&KEYFRAME), "poses that are passed"),
+        unless(&["path"], "keyframes", Form::Tables(&KEYFRAME), "poses that are passed"),
         may(
             "path",
             Form::Name,

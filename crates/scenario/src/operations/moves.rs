@@ -21,7 +21,7 @@ pub(crate) const MOVE: StepOperation = StepOperation {
 const KEYS: Keys = Keys {
     what: "move",
     keys: &[
-        unless("obstacle", "constraint", Form::Name, "name of the constraint"),
+        unless(&["obstacle"], "constraint", Form::Name, "name of the constraint"),
         may("obstacle", Form::Name, "instead of a constraint: name of the obstacle"),
         may("position", Form::Vector(Quantity::Length), "position reached at the end"),
         may("via", Form::Points(1), "points that are passed, at equal fractions of the step"),

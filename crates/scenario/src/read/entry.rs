@@ -3,6 +3,8 @@
 use super::reader::{Node, Reader};
 use crate::fault::{did_you_mean, nearest};
 use crate::format::form::{Form, Key, Keys, Need};
+use crate::format::limits::ANY;
+use crate::format::units::words;
 use crate::span::{Span, Spans};
 use nalgebra::Unit;
 use std::borrow::Cow;
@@ -43,7 +45,7 @@ impl<'a> Entry<'a> {
         let node = self.table.get(name);
         let needed = match key.need {
             Need::Must => true,
-            Need::Unless(other) => !self.has(other),
+            Need::Unless(others) => !others.iter().any(|other| self.has(other)),
             Need::May | Need::With(_) => false,
         };
         if node.is_none() && needed && !self.misspelt(name) {
@@ -211,6 +213,49 @@ impl<'a> Entry<'a> {
             return None;
         }
         list.iter().map(|item| self.reader.vector(name, item, Quantity::Length)).collect()
+    }
+
+    /// Points of a curve, SI, in the order in which they are given.
+    pub fn curve(&self, name: &str) -> Option<Vec<[f64; 2]>> {
+        let Form::Curve(quantities, least) = self.key(name).form else { unreachable!("{name} is no curve") };
+        let list = self.list(name);
+        let point = |item: &Node<'_>| {
+            let DeValue::Array(pair) = item.get_ref() else {
+                self.reader.mismatch(name, item, "a pair", "write two numbers in brackets");
+                return None;
+            };
+            let [x, y] = pair.as_ref() else {
+                self.reader.mismatch(name, item, "a pair", "write two numbers in brackets");
+                return None;
+            };
+            let [x, y] = [(x, quantities[0]), (y, quantities[1])]
+                .map(|(node, quantity)| self.reader.number(name, node, quantity, ANY));
+            Some([x?, y?])
+        };
+        let points: Vec<Option<[f64; 2]>> = list.iter().map(point).collect();
+        let points: Vec<[f64; 2]> = points.into_iter().collect::<Option<_>>()?;
+        if !self.has(name) {
+            return None;
+        }
+        if points.len() < least {
+            let message = format!("`{name}` of {} has {} points", self.label, points.len());
+            self.fault_at(name, message, format!("give at least {least}"));
+            return None;
+        }
+        for (k, [[x, y], [u, v]]) in points.array_windows().enumerate() {
+            for (at, before, after, quantity) in [(0, x, u, quantities[0]), (1, y, v, quantities[1])] {
+                if after > before {
+                    continue;
+                }
+                let unit = words(quantity).unit;
+                let message = format!("`{name}` goes from {before} to {after} {unit}").trim_end().to_owned();
+                let help = "give points in the order in which both numbers increase: a cable whose force or moment \
+                            falls is not stable";
+                self.reader.fault(pair_span(&list[k + 1], at), message, help);
+                return None;
+            }
+        }
+        Some(points)
     }
 
     /// Unit vectors of a list.
@@ -387,4 +432,12 @@ pub(crate) enum NameOrEntry<'a> {
 fn some_keys(keys: &Keys) -> String {
     let names: Vec<String> = keys.keys.iter().map(|key| format!("`{}`", key.name)).collect();
     names.join(", ")
+}
+
+/// Place of a number of a pair.
+fn pair_span(node: &Node<'_>, at: usize) -> Span {
+    match node.get_ref() {
+        DeValue::Array(pair) => pair.get(at).map_or_else(|| node.span(), |item| item.span()),
+        _ => node.span(),
+    }
 }

@@ -8,8 +8,9 @@ use crate::format::units::unit_of;
 use crate::scenario::ByRule;
 use crate::span::Span;
 use wireloom_core::Section;
+use wireloom_core::curve::Curve;
 use wireloom_core::identity::Identified;
-use wireloom_core::section::{FrictionElement, SectionFriction};
+use wireloom_core::section::{AxialLaw, CreepElement, FrictionElement, SectionCreep, SectionFriction, SectionLaws};
 
 /// Keys of a section that are measured values; in a section of wires they replace those of the rule.
 const MEASURED: [&str; 7] = [
@@ -22,7 +23,14 @@ const MEASURED: [&str; 7] = [
     "max_tension",
 ];
 
-/// Largest number of elements of friction in bending, and in torsion.
+/// Curves that replace a stiffness.
+const CURVES: [(&str, &str); 2] = [("axial_curve", "axial_stiffness"), ("bending_curve", "bending_stiffness")];
+
+/// Least stiffness in compression as a fraction of that in tension. With none the places of the nodes along a slack
+/// cable are not determined: nothing but this holds them apart.
+const LEAST_COMPRESSION: f64 = 1e-4;
+
+/// Largest number of elements of friction or creep in bending, and in torsion.
 const MOST_ELEMENTS: usize = 8;
 
 /// A section, and its values by the rule if it has wires.
@@ -38,7 +46,16 @@ pub(crate) fn section<'a>(
     let by_rule = by_rule(index, entry, library);
     let bundle = by_rule.as_ref().map(|by_rule| &by_rule.bundle);
     let or_rule = |measured: Option<f64>, rule: fn(&Bundle) -> f64| measured.or(bundle.map(rule)).unwrap_or(1.0);
-    let axial_stiffness = or_rule(entry.number("axial_stiffness"), |bundle| bundle.axial_stiffness);
+    for (curve, stiffness) in CURVES {
+        if entry.has(curve) && entry.has(stiffness) {
+            let message = format!("{} has both `{curve}` and `{stiffness}`", entry.label);
+            entry.fault_at(curve, message, "give one of them");
+        }
+    }
+    let bending_curve = bending_curve(entry);
+    let axial_points = axial_points(entry);
+    let of_curve = axial_points.as_deref().and_then(stiffness_in_tension);
+    let axial_stiffness = or_rule(of_curve.or(entry.number("axial_stiffness")), |bundle| bundle.axial_stiffness);
     let section = Section {
         name: name.to_owned(),
         diameter: or_rule(entry.number("diameter"), |bundle| bundle.diameter),
@@ -46,8 +63,10 @@ pub(crate) fn section<'a>(
         axial_stiffness,
         // GA = EA/(2(1 + ν)), ν = 0.3
         shear_stiffness: entry.one_or_two("shear_stiffness").unwrap_or([axial_stiffness / 2.6; 2]),
-        bending_stiffness: entry
-            .one_or_two("bending_stiffness")
+        bending_stiffness: bending_curve
+            .as_ref()
+            .map(|curve| [curve.slope(0.0); 2])
+            .or_else(|| entry.one_or_two("bending_stiffness"))
             .or(bundle.map(|bundle| [bundle.bending.taken; 2]))
             .unwrap_or([1.0; 2]),
         torsion_stiffness: or_rule(entry.number("torsion_stiffness"), |bundle| bundle.torsion.taken),
@@ -59,46 +78,152 @@ pub(crate) fn section<'a>(
         thermal_curvature: entry.vector("thermal_curvature").unwrap_or_default(),
         friction: entry.entry("friction").map(|entry| friction(&entry)).unwrap_or_default(),
         set: None,
+        laws: SectionLaws {
+            bending: bending_curve,
+            axial: axial_law(entry, axial_points.as_deref(), axial_stiffness),
+            creep: entry.entry("creep").map(|entry| creep(&entry)).unwrap_or_default(),
+            torsion_set: None,
+        },
     };
-    let set = entry.entry("set").and_then(|entry| set(&entry, section.bending_stiffness));
-    let section = Section { set, ..section };
+    let [set, torsion_set] = entry.entry("set").map(|entry| set(&entry, &section)).unwrap_or_default();
+    let section = Section { set, laws: SectionLaws { torsion_set, ..section.laws }, ..section };
     (section, by_rule)
 }
 
-/// Friction within a section.
-fn friction(entry: &Entry<'_>) -> SectionFriction {
-    let elements = |key: &str| -> Vec<Option<FrictionElement>> {
+/// Moment over curvature.
+fn bending_curve(entry: &Entry<'_>) -> Option<Curve> {
+    let mut points = entry.curve("bending_curve")?;
+    if points[0] == [0.0; 2] {
+        points.remove(0);
+    } else if points[0][0] <= 0.0 || points[0][1] <= 0.0 {
+        let [x, y] = points[0];
+        let message = format!("`bending_curve` begins at {x} 1/m with {y} N m");
+        let help = "it is the size of the moment over that of the curvature, alike in all directions: begin at \
+                    [0, 0], or at its first point from there";
+        entry.fault_at("bending_curve", message, help);
+        return None;
+    }
+    Some(Curve::new(&points, None))
+}
+
+/// Axial force over strain, without the origin.
+fn axial_points(entry: &Entry<'_>) -> Option<Vec<[f64; 2]>> {
+    let mut points = entry.curve("axial_curve")?;
+    points.retain(|point| *point != [0.0; 2]);
+    let off = points.iter().find(|[x, y]| x * y <= 0.0 || *x <= -1.0);
+    if let Some([x, y]) = off {
+        let message = format!("`axial_curve` has {y} N at a strain of {x}");
+        let help = "it passes through [0, 0]: strains and forces are positive in tension, and negative in compression \
+                    down to a strain of -1";
+        entry.fault_at("axial_curve", message, help);
+        return None;
+    }
+    if stiffness_in_tension(&points).is_none() {
+        entry.fault_at("axial_curve", "`axial_curve` has no point in tension", "add points of positive strain");
+        return None;
+    }
+    Some(points)
+}
+
+/// Slope of the first chord in tension, N.
+fn stiffness_in_tension(points: &[[f64; 2]]) -> Option<f64> {
+    points.iter().find(|[strain, _]| *strain > 0.0).map(|[strain, force]| force / strain)
+}
+
+/// The axial law, if that is not EA alone.
+fn axial_law(entry: &Entry<'_>, points: Option<&[[f64; 2]]>, tension: f64) -> Option<AxialLaw> {
+    let compression = entry.number("compression_stiffness");
+    if let Some(compression) = compression {
+        if points.is_some_and(|points| points[0][0] < 0.0) {
+            let message = format!("{} has a `compression_stiffness` beside points of compression", entry.label);
+            entry.fault_at("compression_stiffness", message, "leave it out: `axial_curve` has it");
+            return None;
+        }
+        let [least, greatest] = [LEAST_COMPRESSION * tension, tension];
+        if !(least..=greatest).contains(&compression) {
+            let size = if compression < least { "small" } else { "large" };
+            let message =
+                format!("`compression_stiffness` = {compression} N is too {size} beside {tension} N in tension");
+            let help = format!(
+                "it must be from {least} N, so that the nodes of a slack cable have a place, to {greatest} N; what \
+                 holds a slack cable up is its bending stiffness"
+            );
+            entry.fault_at("compression_stiffness", message, help);
+            return None;
+        }
+    }
+    match (points, compression) {
+        (Some(points), _) => Some(AxialLaw::through(points, compression)),
+        (None, Some(compression)) => Some(AxialLaw::of_two(tension, compression)),
+        (None, None) => None,
+    }
+}
+
+/// Elements in bending and in torsion, each read by `element`, in an entry that must have some.
+fn elements<T>(entry: &Entry<'_>, element: impl Fn(&Entry<'_>) -> Option<T>, example: &str) -> [Vec<T>; 2] {
+    let read = |key: &str| -> Vec<Option<T>> {
         let all = entry.entries(key);
         if all.len() > MOST_ELEMENTS {
             let message = format!("{} has {} elements in `{key}`", entry.label, all.len());
             entry.fault_at(key, message, format!("give {MOST_ELEMENTS} at most: a few follow any measured curve"));
         }
-        let element = |one: &Entry<'_>| {
-            let (stiffness, moment) = (one.number("stiffness"), one.number("moment"));
-            Some(FrictionElement { stiffness: stiffness?, moment: moment? })
-        };
-        all.iter().map(element).collect()
+        all.iter().map(&element).collect()
     };
-    let [bending, torsion] = ["bending", "torsion"].map(elements);
-    if bending.is_empty() && torsion.is_empty() {
-        let help = "write such as bending = [{ stiffness = \"0.02 N m^2\", moment = \"0.05 N m\" }]";
-        entry.fault_here(format!("{} has no elements", entry.label), help);
+    let both = ["bending", "torsion"].map(read);
+    if both.iter().all(Vec::is_empty) {
+        entry.fault_here(format!("{} has no elements", entry.label), format!("write such as bending = [{example}]"));
     }
-    let [bending, torsion] = [bending, torsion].map(|all| all.into_iter().flatten().collect());
+    both.map(|all| all.into_iter().flatten().collect())
+}
+
+/// Friction within a section.
+fn friction(entry: &Entry<'_>) -> SectionFriction {
+    let element = |one: &Entry<'_>| {
+        let (stiffness, moment) = (one.number("stiffness"), one.number("moment"));
+        Some(FrictionElement { stiffness: stiffness?, moment: moment? })
+    };
+    let example = "{ stiffness = \"0.02 N m^2\", moment = \"0.05 N m\" }";
+    let [bending, torsion] = elements(entry, element, example);
     SectionFriction { bending, torsion }
 }
 
-/// The part of the bending stiffness that yields: `EI (1 − h)`, at the moment that it has at the yield curvature.
-fn set(entry: &Entry<'_>, bending_stiffness: [f64; 2]) -> Option<FrictionElement> {
-    let (limit, hardening) = (entry.number("yield_curvature"), entry.number("hardening"));
-    let [one, other] = bending_stiffness;
-    if one != other {
+/// Creep within a section.
+fn creep(entry: &Entry<'_>) -> SectionCreep {
+    let element = |one: &Entry<'_>| {
+        let (stiffness, time) = (one.number("stiffness"), one.number("time"));
+        Some(CreepElement { stiffness: stiffness?, time: time? })
+    };
+    let [bending, torsion] = elements(entry, element, "{ stiffness = \"0.01 N m^2\", time = \"30 min\" }");
+    SectionCreep { bending, torsion }
+}
+
+/// The parts of the bending and of the torsion stiffness that yield: `C (1 − h)`, at the moment that it has at the limit.
+fn set(entry: &Entry<'_>, section: &Section) -> [Option<FrictionElement>; 2] {
+    let yielding = |[limit, hardening]: [&str; 2], stiffness: f64| {
+        let (at, beyond) = (entry.number(limit), entry.number(hardening));
+        if entry.has(limit) != entry.has(hardening) && entry.has("yield_twist") {
+            let [has, lacks] = if entry.has(limit) { [limit, hardening] } else { [hardening, limit] };
+            let message = format!("{} has `{has}` but no `{lacks}`", entry.label);
+            entry.fault_at(has, message, "give both, or neither: together they say what yields");
+        }
+        let stiffness = stiffness * (1.0 - beyond?);
+        Some(FrictionElement { stiffness, moment: stiffness * at? })
+    };
+    let [one, other] = section.bending_stiffness;
+    let bending = yielding(["yield_curvature", "hardening"], one);
+    let torsion = yielding(["yield_twist", "torsion_hardening"], section.torsion_stiffness);
+    let bends = entry.has("yield_curvature") || entry.has("hardening");
+    if bends && section.laws.bending.is_some() {
+        let message = format!("{} is a part of the bending stiffness, but there is a `bending_curve`", entry.label);
+        entry.fault_here(message, "give `bending_stiffness` in place of the curve, or leave bends out of `set`");
+        return [None, torsion];
+    }
+    if bends && one != other {
         let message = format!("{} has no direction, but there are two bending stiffnesses", entry.label);
         entry.fault_here(message, "give one bending_stiffness, or leave `set` out");
-        return None;
+        return [None, torsion];
     }
-    let stiffness = one * (1.0 - hardening?);
-    Some(FrictionElement { stiffness, moment: stiffness * limit? })
+    [bending, torsion]
 }
 
 /// Values of a section by the rule; `None` if it has no wires, or some of them are faulty.
@@ -144,9 +269,14 @@ fn by_rule(section: usize, entry: &Entry<'_>, library: &Library) -> Option<ByRul
         section,
         coverings: coverings.iter().map(|(name, _)| (*name).to_owned()).collect(),
         remarks: narrow.collect(),
-        measured: MEASURED.iter().filter(|key| entry.has(key)).map(|key| (*key).to_owned()).collect(),
+        measured: MEASURED.iter().filter(|key| is_measured(entry, key)).map(|key| (*key).to_owned()).collect(),
         bundle,
     })
+}
+
+/// Whether a section gives a value itself, or a curve in its place.
+fn is_measured(entry: &Entry<'_>, key: &str) -> bool {
+    entry.has(key) || CURVES.iter().any(|(curve, stiffness)| *stiffness == key && entry.has(curve))
 }
 
 fn wires<'l>(entry: &Entry<'_>, library: &'l Library) -> Option<Vec<(&'l Wire, usize)>> {

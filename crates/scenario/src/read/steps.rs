@@ -119,6 +119,7 @@ pub(crate) fn steps<'a>(
             name: name.map_or_else(|| format!("step {}", k + 1), str::to_owned),
             increments: entry.count("increments").unwrap_or(1) * parts,
             parts,
+            duration: entry.number("duration").unwrap_or(0.0),
             gravity: pull.read(entry).then(|| pull.total()),
             angular_velocity: angular_velocity(entry, spin),
             add: begun.constraints,
@@ -171,7 +172,7 @@ fn begin<'a>(step: &Entry<'a>, constraints: &mut Vec<Constraint>, names: &mut Na
 }
 
 fn refuse_work_while_waiting(step: &Entry<'_>) {
-    let idle = ["name", "increments", "wait"];
+    let idle = ["name", "increments", "duration", "wait"];
     let Some(work) = step.table.keys().find(|key| !idle.contains(&key.get_ref().as_ref())) else { return };
     if step.flag("wait") == Some(true) && step.keys.get(work.get_ref()).is_some() {
         let message = format!("{} has `wait` and `{}`", step.label, work.get_ref());

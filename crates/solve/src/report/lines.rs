@@ -294,6 +294,7 @@ mod tests {
             diameter: 0.02,
             bend_radius_limit: None,
             axial_stiffness: 1.0,
+            strain: None,
             s: s.collect(),
             frame: vec![Rotation::identity(); n],
             force: vec![Vector::zeros(); n],

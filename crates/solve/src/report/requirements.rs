@@ -11,6 +11,7 @@ use std::f64::consts::{PI, TAU};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
+use wireloom_core::rotation::twist_angle;
 use wireloom_core::terms::contact::Against;
 use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
 
@@ -49,6 +50,8 @@ pub(crate) struct Equilibrium<'a> {
     pub cables: &'a Cables<'a>,
     /// Poses of the obstacles.
     pub poses: Vec<Pose>,
+    /// Twist of each branch at rest, at its temperature, rad/m.
+    rest_twists: Vec<f64>,
 }
 
 impl<'a> Equilibrium<'a> {
@@ -70,6 +73,11 @@ impl<'a> Equilibrium<'a> {
             let moves = points.map(|k| (state.points[k] - began.points[k]).norm());
             moves.fold(0.0, f64::max)
         });
+        let rest_twists = (0..network.branches.len()).map(|b| {
+            let at_rest = network.branches[b].rod.law().map_or(0.0, |law| law.curvature.z);
+            at_rest + problem.shape(state, b).extra_curvature.first().map_or(0.0, |extra| extra.z)
+        });
+        let rest_twists = rest_twists.collect();
         let (moved, spans) = (moved.collect(), result::held_spans(problem, state));
         Self {
             network,
@@ -84,6 +92,7 @@ impl<'a> Equilibrium<'a> {
             spans,
             cables,
             poses: problem.conditions().contact.poses.clone(),
+            rest_twists,
         }
     }
 
@@ -181,9 +190,9 @@ impl<'a> Equilibrium<'a> {
         let (branch, length) = (&self.branches[b], span.to - span.from);
         let ends = [span.from, span.to].into_iter().zip(span.held).filter(|(_, held)| !held);
         let moved: f64 = ends.map(|(s, _)| self.position_error(b, s)).sum();
-        let tension = |i: usize| branch.force[i].dot(&(branch.frame[i] * Vector::z())) + self.errors[b].force[i];
+        let tension = |i: usize| branch.tension_at(i) + self.errors[b].force[i];
         let inside = (0..branch.s.len()).filter(|i| (span.from..=span.to).contains(&branch.s[*i]));
-        let strain = inside.map(tension).fold(0.0, f64::max) / branch.axial_stiffness;
+        let strain = self.network.branches[b].section.strain(inside.map(tension).fold(0.0, f64::max));
         (moved / length).min((1.0 + strain - span.chord / length).max(0.0))
     }
 
@@ -241,13 +250,14 @@ impl<'a> Equilibrium<'a> {
             Measure::Tension => nodes(&axial, force),
             Measure::Compression => nodes(&|i| -axial(i), force),
             Measure::Strain => {
-                let stiffness = own.section.axial_stiffness;
-                nodes(&|i| axial(i) / stiffness, &|i| errors.force[i] / stiffness);
+                let stiffness = |i: usize| own.section.stiffness_at(axial(i));
+                nodes(&|i| branch.strain_at(i), &|i| errors.force[i] / stiffness(i));
             }
-            Measure::Torsion => {
+            Measure::Torsion if own.section.twists_linearly() => {
                 let stiffness = own.section.torsion_stiffness;
                 nodes(&|i| branch.moment[i].dot(&d3(i)).abs() / stiffness, &|i| errors.torsion[i]);
             }
+            Measure::Torsion => nodes(&|i| self.twist(b, i).abs(), &|i| errors.torsion[i]),
             Measure::Deviation => {
                 nodes(&|i| deviation::distance_from(&own.drawn, &branch.position[i]), &|i| errors.position[i]);
             }
@@ -344,6 +354,14 @@ impl<'a> Equilibrium<'a> {
             }
             Part::Constraint(_) => None,
         }
+    }
+
+    /// Twist per length at a node beyond that at rest, rad/m, from the frames beside it.
+    fn twist(&self, b: usize, node: usize) -> f64 {
+        let branch = &self.branches[b];
+        let (before, after) = (node.saturating_sub(1), (node + 1).min(branch.s.len() - 1));
+        let turned = twist_angle(&(branch.frame[before].inverse() * branch.frame[after]));
+        turned / (branch.s[after] - branch.s[before]) - self.rest_twists[b]
     }
 
     /// Force with which each straight span of a branch is pressed along its chord, N, and the force above which that is

@@ -57,6 +57,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         diameter: branch.section.diameter,
         bend_radius_limit: branch.section.min_bend_radius,
         axial_stiffness: branch.section.axial_stiffness,
+        strain: None,
         s: state.arc_lengths(network, index),
         position: shape.points.iter().zip(shape.compensation).map(|(x, c)| x + c).collect(),
         frame: Vec::with_capacity(n + 1),
@@ -196,6 +197,9 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
             curvature[node].0 = rest + moment.component_div(&branch.section.bend_diagonal());
         });
+    }
+    if branch.section.laws.axial.is_some() {
+        result.strain = Some((0..=n).map(|node| branch.section.strain(result.tension_at(node))).collect());
     }
     for (kappa, _) in &curvature {
         let bend = kappa.xy().norm();
@@ -496,6 +500,7 @@ mod tests {
             diameter: 0.01,
             bend_radius_limit: limit,
             axial_stiffness: 1.0,
+            strain: None,
             s: vec![0.0, 1.0],
             position: vec![Vector::zeros(), Vector::z()],
             frame: vec![Rotation::identity(); 2],

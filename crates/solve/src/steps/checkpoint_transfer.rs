@@ -159,6 +159,7 @@ fn conditions(own: &Conditions, from: &Network, to: &Network, state: &State) -> 
     }
     new.load_factors.clone_from(&own.load_factors);
     new.temperatures.clone_from(&own.temperatures);
+    (new.time, new.committed_time) = (own.time, own.committed_time);
     new.mechanisms.clone_from(&own.mechanisms);
     new.contact.clone_from(&own.contact);
     for (f, constraint) in to.constraints.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Plan of a step: its motions, loads and temperatures as functions of its progress.
+//! Plan of a step: its motions, loads, temperatures and time as functions of its progress.
 
 use serde::{Deserialize, Serialize};
 use wireloom_core::mechanism::Mount;
@@ -26,6 +26,8 @@ pub(crate) struct Plan {
     angular_velocity: (Vector, Vector),
     loads: Vec<(usize, f64, f64)>,
     temperatures: Vec<(usize, f64, f64)>,
+    /// Time of the run at its beginning and at its end, s.
+    time: (f64, f64),
     /// Constraints that begin with the step.
     begun: Vec<usize>,
     /// Whether the drawn shape is released from being the rest shape.
@@ -72,6 +74,7 @@ impl Plan {
             angular_velocity: (now.rotation.velocity, step.angular_velocity.unwrap_or(now.rotation.velocity)),
             loads: step.loads.iter().map(|&(load, end)| (load, now.load_factors[load], end)).collect(),
             temperatures: step.temperatures.iter().map(|&(b, end)| (b, now.temperatures[b], end)).collect(),
+            time: (now.time, now.time + step.duration),
             begun: Vec::new(),
             release_drawn_shape: false,
             apply_without_potential: false,
@@ -88,12 +91,13 @@ impl Plan {
         !self.obstacles.is_empty() || network.obstacles.iter().any(|obstacle| drives(&self.drives, obstacle.mount))
     }
 
-    /// Whether gravity, rotation, loads or temperatures change.
+    /// Whether gravity, rotation, loads or temperatures change, or time passes.
     pub fn changes_loads(&self) -> bool {
         self.gravity.0 != self.gravity.1
             || self.angular_velocity.0 != self.angular_velocity.1
             || !self.loads.is_empty()
             || !self.temperatures.is_empty()
+            || self.time.0 != self.time.1
     }
 
     /// Largest number of turns that a constraint makes about its tangent over a fraction of the step.
@@ -123,6 +127,7 @@ impl Plan {
                 for &(branch, a, b) in &self.temperatures {
                     c.temperatures[branch] = mix(a, b);
                 }
+                c.time = mix(self.time.0, self.time.1);
             });
         }
         for &f in &self.begun {

@@ -75,6 +75,7 @@ pub fn section(thin: bool) -> Section {
         thermal_curvature: Vector::zeros(),
         friction: Default::default(),
         set: None,
+        laws: Default::default(),
     }
 }
 

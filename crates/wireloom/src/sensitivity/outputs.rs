@@ -191,7 +191,7 @@ fn noise(unit: &str, end: &StepResult, network: &Network) -> f64 {
     let of_branch = |branch: &Branch| {
         let (mesh, section) = (branch.rod.mesh(), &branch.section);
         let length = mesh.length();
-        let force = ROUNDINGS * f64::EPSILON * section.axial_stiffness;
+        let force = ROUNDINGS * f64::EPSILON * section.greatest_axial_stiffness();
         let moment = force * length / mesh.segments() as f64;
         let [one, other] = section.bending_stiffness;
         let turn = moment * length / one.min(other).min(section.torsion_stiffness);

@@ -87,6 +87,7 @@ fn spec() -> JointSpec {
                 thermal_curvature: Vector::zeros(),
                 friction: Default::default(),
                 set: None,
+                laws: Default::default(),
             },
             segment_length: 0.01,
             length: 1.0,

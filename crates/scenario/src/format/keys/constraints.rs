@@ -73,7 +73,7 @@ pub(crate) const CONSTRAINT: Keys = Keys {
         NAME,
         must("kind", Form::Kind(Family::Constraint, None), "its kind, such as \"connector\" or \"edge-clip\""),
         unless(
-            "span",
+            &["span"],
             "at",
             Form::OneOrMoreTables(&AT),
             "where it attaches; a list for kinds that attach to several places",
@@ -118,7 +118,7 @@ pub(crate) const LOAD: Keys = Keys {
     what: "load",
     keys: &[
         must("name", Form::Name, "its name"),
-        unless("span", "at", Form::Table(&AT), "where force and moment act"),
+        unless(&["span"], "at", Form::Table(&AT), "where force and moment act"),
         may("force", Form::Vector(Quantity::Force), "force in world axes; default 0"),
         may("moment", Form::Vector(Quantity::Moment), "moment in world axes; default 0"),
         may(

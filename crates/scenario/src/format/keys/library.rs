@@ -36,27 +36,44 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Number(Quantity::Dimensionless, POSITIVE_FRACTION),
             "fraction of the bundle's circle that its wires fill; default 0.75",
         ),
-        unless("wires", "diameter", Form::Number(Quantity::Length, DIAMETER), "outer diameter"),
+        unless(&["wires"], "diameter", Form::Number(Quantity::Length, DIAMETER), "outer diameter"),
         unless(
-            "wires",
+            &["wires"],
             "linear_density",
             Form::Number(Quantity::LinearDensity, NON_NEGATIVE),
             "mass per unstressed length",
         ),
-        unless("wires", "axial_stiffness", Form::Number(Quantity::Force, POSITIVE), "EA"),
+        unless(&["wires", "axial_curve"], "axial_stiffness", Form::Number(Quantity::Force, POSITIVE), "EA"),
+        may(
+            "axial_curve",
+            Form::Curve([Quantity::Dimensionless, Quantity::Force], 3),
+            "measured axial force over strain, in place of axial_stiffness: points [strain, force] in which both \
+             increase, some of tension, and of compression where that differs; it passes through the origin",
+        ),
+        may(
+            "compression_stiffness",
+            Form::Number(Quantity::Force, POSITIVE),
+            "EA in compression, where that is less than in tension: straps and strings; default that in tension",
+        ),
         may(
             "shear_stiffness",
             Form::OneOrTwo(Quantity::Force, POSITIVE),
             "GA, or [GA1, GA2] along d1 and d2; default EA/2.6, that is GA = EA/(2(1 + ν)) with ν = 0.3",
         ),
         unless(
-            "wires",
+            &["wires", "bending_curve"],
             "bending_stiffness",
             Form::OneOrTwo(Quantity::BendingStiffness, POSITIVE),
             "EI, or [EI1, EI2] about d1 and d2",
         ),
+        may(
+            "bending_curve",
+            Form::Curve([Quantity::Curvature, Quantity::Moment], 3),
+            "measured moment over curvature, alike in all directions, in place of bending_stiffness: points \
+             [curvature, moment] in which both increase, from the origin on",
+        ),
         unless(
-            "wires",
+            &["wires"],
             "torsion_stiffness",
             Form::Number(Quantity::BendingStiffness, POSITIVE),
             "GJ; never derived from the bending stiffness",
@@ -98,11 +115,51 @@ pub(crate) const SECTION: Keys = Keys {
             Form::Table(&SECTION_FRICTION),
             "friction within it, beside the elastic stiffness: its wires slip, and what is bent keeps a set",
         ),
-        may("set", Form::Table(&SECTION_SET), "bends beyond a limit are permanent; needs one bending stiffness"),
+        may(
+            "set",
+            Form::Table(&SECTION_SET),
+            "bends, or twists, beyond a limit are permanent; in bending it needs one bending stiffness",
+        ),
+        may(
+            "creep",
+            Form::Table(&SECTION_CREEP),
+            "creep within it, beside the elastic stiffness: moments relax in the `duration` of steps, and what was \
+             held bent keeps a set for a time",
+        ),
         PART,
         DESCRIPTION,
         SUPPLIER,
         COLOUR,
+    ],
+};
+
+/// Creep within a section.
+pub(crate) const SECTION_CREEP: Keys = Keys {
+    what: "creep",
+    keys: &[
+        may(
+            "bending",
+            Form::Tables(&CREEP_ELEMENT),
+            "elements in bending, in parallel to bending_stiffness and to each other; alike about d1 and d2",
+        ),
+        may(
+            "torsion",
+            Form::Tables(&CREEP_ELEMENT),
+            "elements in torsion, in parallel to torsion_stiffness and to each other",
+        ),
+    ],
+};
+
+/// Element of creep: a spring in series with a dashpot.
+pub(crate) const CREEP_ELEMENT: Keys = Keys {
+    what: "element",
+    keys: &[
+        must("stiffness", Form::Number(Quantity::BendingStiffness, POSITIVE), "stiffness that it adds at once"),
+        must(
+            "time",
+            Form::Number(Quantity::Time, POSITIVE),
+            "time in which its moment falls to 1/e while the bend is held, such as \"30 min\"",
+        ),
     ],
 };
 
@@ -123,19 +180,32 @@ pub(crate) const SECTION_FRICTION: Keys = Keys {
     ],
 };
 
-/// Permanent bends.
+/// Permanent bends and twists.
 pub(crate) const SECTION_SET: Keys = Keys {
     what: "set",
     keys: &[
-        must(
+        unless(
+            &["yield_twist"],
             "yield_curvature",
             Form::Number(Quantity::Curvature, POSITIVE),
             "curvature beyond which bends are permanent, such as \"12 1/m\"",
         ),
-        must(
+        unless(
+            &["yield_twist"],
             "hardening",
             Form::Number(Quantity::Dimensionless, HARDENING),
             "bending stiffness beyond it as a fraction of bending_stiffness",
+        ),
+        may(
+            "yield_twist",
+            Form::Number(Quantity::Curvature, POSITIVE),
+            "twist per length beyond which twists are permanent, such as \"2 turns/m\"",
+        ),
+        with(
+            "yield_twist",
+            "torsion_hardening",
+            Form::Number(Quantity::Dimensionless, HARDENING),
+            "torsion stiffness beyond it as a fraction of torsion_stiffness",
         ),
     ],
 };
@@ -200,8 +270,8 @@ pub(crate) const WIRE: Keys = Keys {
     what: "wire",
     keys: &[
         LIKE,
-        unless("like", "strands", Form::Count(1, MAX_COUNT), "strands of its conductor"),
-        unless("like", "strand", Form::Number(Quantity::Length, DIAMETER), "diameter of a strand"),
+        unless(&["like"], "strands", Form::Count(1, MAX_COUNT), "strands of its conductor"),
+        unless(&["like"], "strand", Form::Number(Quantity::Length, DIAMETER), "diameter of a strand"),
         may("conductor", Form::Name, "material of the conductor; default \"copper\""),
         may(
             "conductor_diameter",
@@ -209,7 +279,7 @@ pub(crate) const WIRE: Keys = Keys {
             "diameter of the conductor; default that of strands that fill 0.75 of it",
         ),
         unless(
-            "like",
+            &["like"],
             "layers",
             Form::Tables(&LAYER),
             "layers over the conductor, from the inside: insulation, shield, jacket",
@@ -242,9 +312,9 @@ pub(crate) const COVERING: Keys = Keys {
     what: "covering",
     keys: &[
         LIKE,
-        unless("like", "material", Form::Name, "a material of the library, such as \"pvc\""),
+        unless(&["like"], "material", Form::Name, "a material of the library, such as \"pvc\""),
         unless(
-            "like",
+            &["like"],
             "thickness",
             Form::Number(Quantity::Length, DIAMETER),
             "thickness of the wall, or of a layer of a tape",

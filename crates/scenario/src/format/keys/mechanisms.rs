@@ -18,7 +18,7 @@ pub(crate) const MECHANISM: Keys = Keys {
     keys: &[
         NAME,
         unless(
-            "urdf",
+            &["urdf"],
             "joints",
             Form::Tables(&MECHANISM_JOINT),
             "its joints; the bodies come into being by being named",

@@ -1,7 +1,7 @@
 //! Steps: their own keys, and those of the step operations.
 
 use crate::format::form::{Form, Key, Keys, may};
-use crate::format::limits::{ANY, MAX_INCREMENTS};
+use crate::format::limits::{ANY, MAX_INCREMENTS, NON_NEGATIVE};
 use crate::operations::OPERATIONS;
 use wireloom_core::Quantity;
 
@@ -9,9 +9,14 @@ use wireloom_core::Quantity;
 pub(crate) const STEP: Keys = Keys { what: "step", keys: &KEYS };
 
 /// Keys of a step itself.
-const OWN: [Key; 7] = [
+const OWN: [Key; 8] = [
     may("name", Form::Name, "its name; default \"step N\""),
     may("increments", Form::Count(1, MAX_INCREMENTS), "number of increments; default 1"),
+    may(
+        "duration",
+        Form::Number(Quantity::Time, NON_NEGATIVE),
+        "time that it takes, in which sections with `creep` relax, such as \"2 h\"; default 0",
+    ),
     may("gravity", Form::Vector(Quantity::Acceleration), "gravity reached at its end"),
     may("acceleration", Form::Vector(Quantity::Acceleration), "acceleration of the car reached at its end"),
     may(
