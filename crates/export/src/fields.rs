@@ -1,8 +1,8 @@
 //! Node fields beside `result.json`: with `[output] fields = "arrow"` they are in `fields.arrow`, and `result.json` has
 //! everything else.
 //!
-//! `fields.arrow` is an Arrow IPC file (Feather version 2). It is not compressed, so programs map it into memory. It has
-//! a row for each node, and a record batch for each equilibrium of `result.json`, in the same order:
+//! `fields.arrow` is an Arrow IPC file (Feather version 2). It is not compressed, so programs map it into memory. It
+//! has a row for each node, and a record batch for each equilibrium of `result.json`, in the same order:
 //!
 //! | column | type | unit |
 //! | --- | --- | --- |

@@ -1,7 +1,6 @@
 //! The files of a run that its scenario's `[output]` asks for, written when they are asked for. What a file needs of
 //! every increment is kept during the run.
 
-use crate::run::PROGRAM;
 use wireloom::export::catalogue::FORMATS;
 use wireloom::export::format::{Ended, Format, Increment, Surroundings};
 use wireloom::export::json::Provenance;
@@ -11,6 +10,9 @@ use wireloom::scenario::{Built, Output, Scenario};
 use wireloom::session::{Checkpoint, Monitor, Progress};
 use wireloom::shapes::swept::Envelope;
 use wireloom::{Run, StepResult};
+
+/// Name and version of the program, as the command line writes it into results.
+pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
 
 /// What the files need of the scenario.
 pub struct Recipe {

@@ -1,7 +1,7 @@
 //! Runs: carried out in a thread of their own, or read from a folder.
 
 use crate::failure::{Failure, interrupted};
-use crate::files::{Made, Recipe};
+use crate::files::{Made, PROGRAM, Recipe};
 use crate::parts;
 use crate::result::Step;
 use crate::source::{Loaded, Source};
@@ -22,9 +22,6 @@ use wireloom::{Control, StepResult};
 use wireloom_studio::protocol::Scene;
 use wireloom_studio::replay::Recorder;
 use wireloom_studio::{PAGE, scene};
-
-/// Name and version of the program, as the command line writes it into results.
-pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
 
 /// Handle of a run.
 #[pyclass(frozen, module = "wireloom._wireloom")]
@@ -352,7 +349,8 @@ impl Run {
     }
 
     /// Writes the files that `[output]` asks for into a folder, which is made where it is missing; returns their
-    /// paths, `result.json` last, and a remark. `machine` and `written`: the machine and the time, as the report states them.
+    /// paths, `result.json` last, and a remark. `machine` and `written`: the machine and the time, as the report states
+    /// them.
     fn save(
         &self,
         py: Python<'_>,

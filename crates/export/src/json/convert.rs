@@ -6,7 +6,6 @@ use super::document::{
     Violation,
 };
 use super::provenance::Provenance;
-use super::stream::Apart;
 use super::values::{Entries, FieldsFile, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
 use crate::fields::BranchFields;
 use wireloom_core::rotation::{columns, frame_from};
@@ -287,6 +286,12 @@ fn unknown_slide(left: &Entries<Slide>) -> Result<(), Refusal> {
         Some((name, _)) => Err(format!("`sliding` names \"{name}\", which is not among `constraints`")),
         None => Ok(()),
     }
+}
+
+/// Node fields of an equilibrium that are in another file: number of nodes of each branch, and checksum.
+pub struct Apart {
+    pub nodes: Vec<usize>,
+    pub hash: String,
 }
 
 impl<V> Step<V> {

@@ -1,8 +1,8 @@
 //! `result.json` read as far as results are compared.
 
-use super::convert::{listed, numbers, outputs, radii, same_lengths, vectors};
+use super::convert::{Apart, listed, numbers, outputs, radii, same_lengths, vectors};
 use super::document::{Branch, Constraint, Document, Requirement, Step};
-use super::stream::{Apart, Collect, Collected, Fields, invalid, is_apart};
+use super::stream::{Collect, Collected, Fields, invalid, is_apart};
 use super::values::{Number, Skipped, vector};
 use crate::ending::{BranchEnd, Closed, ConstraintEnd, Ending, Way, Work, count};
 use crate::fields::BranchFields;

@@ -1,8 +1,8 @@
 //! Results whose equilibria are read when they are asked for.
 
-use super::convert::fill;
+use super::convert::{Apart, fill};
 use super::document::{Document, Step};
-use super::stream::{Apart, explained, invalid, is_apart};
+use super::stream::{explained, invalid, is_apart};
 use crate::fields::{BranchFields, Reader};
 use serde::Deserialize;
 use serde::de::Deserializer;

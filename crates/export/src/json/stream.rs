@@ -1,6 +1,6 @@
 //! Steps one by one: a result of many increments is never twice in memory.
 
-use super::convert::fill;
+use super::convert::{Apart, fill};
 use super::document::Step;
 use super::values::FieldsFile;
 use crate::fields::BranchFields;
@@ -22,12 +22,6 @@ impl Serialize for Written<'_> {
         let hash = |k: usize| self.apart.and_then(|hashes| hashes.get(k)).map(String::as_str);
         serializer.collect_seq(self.steps.iter().enumerate().map(|(k, step)| Step::of(step, hash(k))))
     }
-}
-
-/// Node fields of an equilibrium that are in another file: number of nodes of each branch, and checksum.
-pub struct Apart {
-    pub nodes: Vec<usize>,
-    pub hash: String,
 }
 
 /// Reader of node fields that are in another file: equilibrium, number of them, and what is known of the fields.
