@@ -4,6 +4,7 @@
 //! | key in `[output]` | files | content |
 //! | --- | --- | --- |
 //! | (always) | `result.json` | the whole run |
+//! | `fields` | `fields.arrow` | fields of all nodes, which `result.json` is then without |
 //! | `report` | `report.html` | the whole run on one page |
 //! | `picture` | `picture.svg` | the last equilibrium |
 //! | `vtk` | `vtk/NNNN.vtp`, `harness.pvd` | every increment, and all of them as a series in time |
@@ -21,8 +22,17 @@ use crate::format::{Ended, File, Format};
 use crate::{csv, gltf, json, picture, report, vtk};
 
 /// All formats, in the order in which they are written.
-pub const FORMATS: [&dyn Format; 7] =
-    [&json::Json, &report::Html, &picture::Picture, &vtk::Vtk, &csv::Csv, &gltf::Gltf, &gltf::Swept];
+pub const FORMATS: &[&dyn Format] = &[
+    #[cfg(feature = "arrow")]
+    &crate::fields::Fields,
+    &json::Json,
+    &report::Html,
+    &picture::Picture,
+    &vtk::Vtk,
+    &csv::Csv,
+    &gltf::Gltf,
+    &gltf::Swept,
+];
 
 /// Media type of files of an unknown format.
 const BYTES: &str = "application/octet-stream";

@@ -93,6 +93,9 @@ pub struct Ended<'a> {
     pub times: &'a [f64],
     /// The space that the harness went through, where it was asked for.
     pub swept: Option<&'a Surface>,
+    /// Whether the fields of nodes are in a file beside `result.json`: see [`fields`](crate::fields).
+    #[cfg(feature = "arrow")]
+    pub fields_apart: bool,
     /// Program and version.
     pub program: &'a str,
     /// The machine.

@@ -42,6 +42,9 @@
 //! `largest_at`, its arc length. `fault` is there only where a part ended the run: `constraint`, `joint` or
 //! `minimiser` with its name, `kind`, `step`, `increment` and `message`.
 //!
+//! With `[output] fields = "arrow"` the lists of branches are in another file, which `fields` names: see
+//! [`fields`](crate::fields).
+//!
 //! The types of `document` are the form, for writing and for reading; `convert` leads from and to [`Run`]. Readers
 //! refuse a field that is missing or not known, and name it with its path.
 
@@ -49,11 +52,15 @@ mod comparison;
 mod convert;
 mod document;
 mod ending;
+#[cfg(feature = "arrow")]
+mod opened;
 mod provenance;
 mod stream;
 mod values;
 
 pub use comparison::write_comparison;
+#[cfg(feature = "arrow")]
+pub use opened::Opened;
 pub use provenance::{Provenance, options};
 pub use values::SCHEMA;
 
@@ -61,9 +68,8 @@ use crate::ending::Ending;
 use crate::format::{Ended, File, Format};
 use document::{Document, Requirement, Sheet};
 use std::io::{self, BufWriter, Read, Write};
-use stream::{Collected, Written};
+use stream::{All, Collected, Written};
 use wireloom_core::Run;
-use wireloom_core::equilibrium::StepResult;
 
 /// Status, verdict and requirements of a run, as they are in `result.json`.
 ///
@@ -85,7 +91,22 @@ pub(crate) fn sheet(run: &Run) -> io::Result<serde_json::Value> {
 /// Those of `out`.
 pub fn write(run: &Run, provenance: &Provenance, out: &mut impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
-    serde_json::to_writer(&mut out, &Document::of(run, provenance, Written(&run.steps)))?;
+    let steps = Written { steps: &run.steps, apart: None };
+    serde_json::to_writer(&mut out, &Document::of(run, provenance, None, steps))?;
+    out.write_all(b"\n")?;
+    out.flush()
+}
+
+/// Writes `run` without the fields of its nodes, which [`fields::write`](crate::fields::write) writes to another file.
+///
+/// # Errors
+/// Those of `out`; `InvalidInput` where the lists of a branch differ in length.
+#[cfg(feature = "arrow")]
+pub fn write_without_fields(run: &Run, provenance: &Provenance, out: &mut impl Write) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
+    let hashes = crate::fields::hashes(run)?;
+    let steps = Written { steps: &run.steps, apart: Some(&hashes) };
+    serde_json::to_writer(&mut out, &Document::of(run, provenance, Some(values::FieldsFile), steps))?;
     out.write_all(b"\n")?;
     out.flush()
 }
@@ -105,20 +126,47 @@ pub fn write_sheet(run: &Run, out: &mut impl Write) -> io::Result<()> {
 /// written of them; null is read as NaN, for a bend radius as infinity.
 ///
 /// # Errors
-/// Those of `input`; `InvalidData`, with the path of the field, where it is no result.
+/// Those of `input`; `InvalidData`, with the path of the field, where it is no result, or where the fields of its nodes
+/// are in another file: see [`read_run_with`].
 pub fn read_run(input: impl Read) -> io::Result<Run> {
-    let document: Document<Collected<Vec<StepResult>>> = stream::parse(input)?;
-    document.run(|steps| steps.0).map_err(stream::invalid)
+    run_of(input, &mut stream::not_given)
 }
 
 /// Reads the last equilibrium of a `result.json` and the work of all steps; `None` where it has no steps. Shapes of
 /// earlier steps are dropped as they are read.
 ///
 /// # Errors
-/// Those of `input`; `InvalidData`, with the path of the field, where it is no result.
+/// Those of [`read_run`].
 pub fn read(input: impl Read) -> io::Result<Option<Ending>> {
-    let document: Document<Collected<ending::Last>> = stream::parse(input)?;
-    ending::ending(document).map_err(stream::invalid)
+    ending::ending(stream::parse(input)?, &mut stream::not_given)
+}
+
+/// Reads the run of a `result.json` as [`read_run`] does; `fields` opens the file with the fields of its nodes, where
+/// they are in one.
+///
+/// # Errors
+/// Those of `input` and `fields`; `InvalidData` where one of them is no result, or where they do not belong together.
+#[cfg(feature = "arrow")]
+pub fn read_run_with<F: Read + io::Seek>(input: impl Read, fields: impl FnOnce() -> io::Result<F>) -> io::Result<Run> {
+    run_of(input, &mut opened::reader(fields))
+}
+
+/// Reads the last equilibrium as [`read`] does; `fields`: see [`read_run_with`].
+///
+/// # Errors
+/// Those of [`read_run_with`].
+#[cfg(feature = "arrow")]
+pub fn read_with<F: Read + io::Seek>(
+    input: impl Read,
+    fields: impl FnOnce() -> io::Result<F>,
+) -> io::Result<Option<Ending>> {
+    ending::ending(stream::parse(input)?, &mut opened::reader(fields))
+}
+
+fn run_of(input: impl Read, fields: stream::Fields<'_>) -> io::Result<Run> {
+    let mut document: Document<Collected<All>> = stream::parse(input)?;
+    let steps = std::mem::take(&mut document.steps.0).filled(document.fields, fields)?;
+    document.run(|_| steps).map_err(stream::invalid)
 }
 
 /// The format `result.json`.
@@ -141,6 +189,10 @@ impl Format for Json {
     }
 
     fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
+        #[cfg(feature = "arrow")]
+        if ended.fields_apart {
+            return vec![File::new(FILE, |mut out| write_without_fields(ended.run, ended.provenance, &mut out))];
+        }
         vec![File::new(FILE, |mut out| write(ended.run, ended.provenance, &mut out))]
     }
 

@@ -7,6 +7,7 @@
 //! | module | written | for |
 //! | --- | --- | --- |
 //! | [`json`] | `result.json`: the whole run | programs; this is the contract |
+//! | [`fields`] | `fields.arrow`: fields of all nodes, beside a `result.json` without them (feature `arrow`) | tables |
 //! | [`csv`] | one branch, or the sheet, as a table | spreadsheets |
 //! | [`gltf`] | the ends of steps, or a surface, as GLB | viewers, digital mock-ups |
 //! | [`vtk`] | one step as `.vtp`, and a `.pvd` over many | ParaView |
@@ -29,6 +30,7 @@ pub mod comparison;
 pub mod csv;
 mod curve;
 pub mod ending;
+pub mod fields;
 pub mod format;
 pub mod gltf;
 pub mod json;

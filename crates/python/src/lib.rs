@@ -6,6 +6,7 @@
 //! | `source` | a scenario's text and the files beside it; checks and edits of the text |
 //! | `worker` | computations in a thread of their own, which Ctrl-C stops and whose panics become exceptions |
 //! | `run` | runs and their files |
+//! | `files` | the files of a run that `[output]` asks for |
 //! | `result` | handles of equilibria and branches; arrays of NumPy that are views of the result's memory |
 //! | `table` | events and requirements as tables of Arrow |
 //! | `sweep` | parts of sweeps, and what is there of them |
@@ -15,6 +16,7 @@
 //! | `failure` | exceptions |
 
 mod failure;
+mod files;
 mod parts;
 mod result;
 mod run;

@@ -1,6 +1,7 @@
 //! Runs: carried out in a thread of their own, or read from a folder.
 
 use crate::failure::{Failure, interrupted};
+use crate::files::{Made, PROGRAM, Recipe};
 use crate::parts;
 use crate::result::Step;
 use crate::source::{Loaded, Source};
@@ -9,22 +10,19 @@ use crate::worker::{attend, caught, guarded, spawn};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::fs::{self, File};
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Sender, SyncSender, channel, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
-use wireloom::export::json::{self, Provenance};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wireloom::export::fields;
+use wireloom::export::json::{self, Opened};
 use wireloom::export::picture::{self, Drawing};
-use wireloom::harness::Obstacle;
 use wireloom::result::{Event, EventPlace, Moment, RequirementResult};
-use wireloom::session::{Monitor, Observer, Progress};
+use wireloom::session::{Checkpoint, Monitor, Observer, Progress};
 use wireloom::{Control, StepResult};
 use wireloom_studio::protocol::Scene;
 use wireloom_studio::replay::Recorder;
 use wireloom_studio::{PAGE, scene};
-
-/// Name and version of the program, as the command line writes it into results.
-pub const PROGRAM: &str = concat!("wireloom ", env!("CARGO_PKG_VERSION"));
 
 /// Handle of a run.
 #[pyclass(frozen, module = "wireloom._wireloom")]
@@ -36,9 +34,9 @@ pub struct Run {
 /// Where a run comes from.
 enum Origin {
     /// It was carried out here.
-    Here { provenance: Box<Provenance>, scene: Box<Scene>, obstacles: Vec<Obstacle> },
-    /// It was read from this file.
-    File(PathBuf),
+    Here { recipe: Box<Recipe>, made: Made, scene: Box<Scene> },
+    /// It is read from this `result.json`, and the file with the fields of its nodes, as equilibria are asked for.
+    File { path: PathBuf, opened: Box<Mutex<Opened<File>>> },
 }
 
 /// What a computing thread tells the calling one.
@@ -57,10 +55,16 @@ struct Watcher {
     ends: bool,
     /// Whether anything is asked for.
     watched: bool,
+    /// What its files need of every increment.
+    made: Made,
+    recipe: Option<Box<Recipe>>,
 }
 
 impl Observer for Watcher {
     fn increment(&mut self, progress: &Progress, end: &StepResult, _: bool) -> Control {
+        if let Some(recipe) = &self.recipe {
+            self.made.see(recipe, progress, end);
+        }
         if !self.watched {
             return Control::Continue;
         }
@@ -71,6 +75,12 @@ impl Observer for Watcher {
         if sent.is_err() { Control::Stop } else { answer.recv().unwrap_or(Control::Stop) }
     }
 
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        if let Some(recipe) = &self.recipe {
+            self.made.begin(recipe, checkpoint);
+        }
+    }
+
     fn monitor(&self) -> Monitor {
         self.monitor.clone()
     }
@@ -79,13 +89,16 @@ impl Observer for Watcher {
 /// Reads, checks and carries out a scenario.
 fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
     let Loaded { scenario, built, texts, hashed, .. } = source.load_with_mesh(&watcher.monitor)?;
-    let provenance = Box::new(wireloom::export::provenance(PROGRAM, &scenario, &texts, &hashed, &[]));
+    watcher.recipe = Some(Box::new(Recipe::of(&scenario, &built, texts, &hashed)));
     let schedule = &built.schedule;
     let scene = Box::new(scene::of(schedule, PROGRAM, &built.network));
-    let obstacles = built.network.obstacles.clone();
     let mut run = wireloom::run_observed(built, None, watcher);
     run.plugins.extend(parts::libraries(&source.parts));
-    Ok(Run { run: Arc::new(run), origin: Origin::Here { provenance, scene, obstacles } })
+    let lost = || Failure::Internal("the files of the run are lost".to_owned());
+    let recipe = watcher.recipe.take().ok_or_else(lost)?;
+    let mut made = std::mem::take(&mut watcher.made);
+    made.finish(&recipe, &watcher.monitor);
+    Ok(Run { run: Arc::new(run), origin: Origin::Here { recipe, made, scene } })
 }
 
 /// Carries out a scenario. `progress` is called with step, its number and the number of steps, increment and number of
@@ -105,6 +118,8 @@ pub fn run(
         monitor: monitor.clone(),
         ends: on_increment.is_some(),
         watched: progress.is_some() || on_increment.is_some(),
+        made: Made::default(),
+        recipe: None,
     };
     spawn(move || {
         let ended = caught(|| carry_out(&source, &mut watcher)).flatten();
@@ -151,21 +166,36 @@ fn py_false(py: Python<'_>) -> Bound<'_, pyo3::types::PyBool> {
     pyo3::types::PyBool::new(py, false).to_owned()
 }
 
-/// Reads the run of a folder, or of a `result.json`.
+/// Opens the run of a folder, or of a `result.json`.
 #[pyfunction]
 pub fn open(py: Python<'_>, path: PathBuf) -> PyResult<Run> {
     guarded(py, || {
         let path = if path.is_dir() { path.join(json::FILE) } else { path };
         let file = File::open(&path).map_err(Failure::io("read", &path))?;
-        let run = json::read_run(BufReader::new(file)).map_err(|error| match error.kind() {
-            io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
-                Failure::Result(format!("{} is no result of this version: {error}", path.display()))
-            }
-            _ => Failure::io("read", &path)(error),
+        let beside = path.with_file_name(fields::FILE);
+        let mut lacking = None;
+        let opened = Opened::open(file, || {
+            File::open(&beside).inspect_err(|error| lacking = Some(io::Error::new(error.kind(), error.to_string())))
+        });
+        let mut opened = opened.map_err(|error| match lacking {
+            Some(error) => Failure::io("read", &beside)(error),
+            None => unreadable(&path)(error),
         })?;
         let path = std::path::absolute(&path).map_err(Failure::io("find", &path))?;
-        Ok(Run { run: Arc::new(run), origin: Origin::File(path) })
+        let none = wireloom::Run { steps: vec![], ..opened.run.clone() };
+        let run = Arc::new(std::mem::replace(&mut opened.run, none));
+        Ok(Run { run, origin: Origin::File { path, opened: Box::new(Mutex::new(opened)) } })
     })
+}
+
+/// Why the result in this file cannot be read.
+fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> Failure {
+    move |error| match error.kind() {
+        io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
+            Failure::Result(format!("{} is no result of this version: {error}", path.display()))
+        }
+        _ => Failure::io("read", path)(error),
+    }
 }
 
 /// A file that appears whole or not at all.
@@ -185,6 +215,32 @@ fn write_whole(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Re
         let _ = fs::remove_file(&partial);
         Failure::io("write", path)(error)
     })
+}
+
+/// Writes a file of this name, which may lead into folders below.
+fn below(
+    folder: &Path,
+    name: &str,
+    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<PathBuf, Failure> {
+    let path = folder.join(name);
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent).map_err(Failure::io("make the folder", parent))?;
+    }
+    write_whole(&path, content)?;
+    Ok(path)
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // A panic while an equilibrium is read leaves nothing half done.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Run {
+    /// Whether it was read from two files.
+    fn has_fields_apart(&self) -> bool {
+        matches!(&self.origin, Origin::File { opened, .. } if locked(opened).has_fields_apart())
+    }
 }
 
 /// One write at a time: threads share the name of the incomplete file.
@@ -237,9 +293,23 @@ impl Run {
         self.run.fault().map(ToString::to_string)
     }
 
-    /// The equilibria that were kept.
-    fn steps(&self) -> Vec<Step> {
-        (0..self.run.steps.len()).map(|k| Step::of_run(&self.run, k)).collect()
+    /// Number of the equilibria that were kept.
+    fn step_count(&self) -> usize {
+        match &self.origin {
+            Origin::Here { .. } => self.run.steps.len(),
+            Origin::File { opened, .. } => locked(opened).len(),
+        }
+    }
+
+    /// An equilibrium that was kept, by its number from 0; read from the file for each call.
+    fn step(&self, py: Python<'_>, index: usize) -> PyResult<Option<Step>> {
+        match &self.origin {
+            Origin::Here { .. } => Ok((index < self.run.steps.len()).then(|| Step::of_run(&self.run, index))),
+            Origin::File { path, opened } => guarded(py, || {
+                let end = locked(opened).step(index).map_err(unreadable(path))?;
+                Ok(end.map(Step::alone))
+            }),
+        }
     }
 
     /// Kind, place, first, worst and last increment, number of increments, value, limit, message of every event.
@@ -284,32 +354,66 @@ impl Run {
         Table::requirements(&self.run)
     }
 
-    /// Writes `result.json` into a folder, which is made where it is missing; returns its path.
-    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<PathBuf> {
+    /// Writes the files that `[output]` asks for into a folder, which is made where it is missing; returns their
+    /// paths, `result.json` last, and a remark. `machine` and `written`: the machine and the time, as the report states
+    /// them.
+    fn save(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        machine: &str,
+        written: &str,
+    ) -> PyResult<(Vec<PathBuf>, Option<String>)> {
         guarded(py, || {
             fs::create_dir_all(&folder).map_err(Failure::io("make the folder", &folder))?;
-            let path = folder.join(json::FILE);
             let _one = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+            let (mut paths, mut remark) = (vec![], None);
             match &self.origin {
-                Origin::Here { provenance, .. } => {
-                    write_whole(&path, |mut out| json::write(&self.run, provenance, &mut out))?;
+                Origin::Here { recipe, made, .. } => {
+                    for (name, bytes) in &made.files {
+                        let bytes = bytes.as_ref().map_err(|error| Failure::Result(format!("{name}: {error}")))?;
+                        paths.push(below(&folder, name, |out| out.write_all(bytes))?);
+                    }
+                    remark.clone_from(&made.remark);
+                    let ended = recipe.ended(&self.run, made, machine, written);
+                    for format in recipe.asked() {
+                        for file in format.at_end(&ended) {
+                            let name = file.name.clone();
+                            paths.push(below(&folder, &name, |out| file.write(out))?);
+                        }
+                    }
                 }
-                Origin::File(from) => {
-                    let mut from_file = File::open(from).map_err(Failure::io("read", from))?;
-                    write_whole(&path, |out| io::copy(&mut from_file, out).map(|_| ()))?;
+                Origin::File { path, .. } => {
+                    for name in [fields::FILE, json::FILE] {
+                        let from = if name == json::FILE { path.clone() } else { path.with_file_name(name) };
+                        if name == fields::FILE && !self.has_fields_apart() {
+                            continue;
+                        }
+                        let mut from_file = File::open(&from).map_err(Failure::io("read", &from))?;
+                        paths.push(below(&folder, name, |out| io::copy(&mut from_file, out).map(|_| ()))?);
+                    }
                 }
             }
-            Ok(path)
+            paths.sort_by_key(|path| path.ends_with(json::FILE));
+            Ok((paths, remark))
         })
     }
 
     /// The picture of an equilibrium as SVG; `None` where there is no step of this number.
     fn picture(&self, py: Python<'_>, step: usize) -> PyResult<Option<String>> {
         guarded(py, || {
-            let Some(end) = self.run.steps.get(step) else { return Ok(None) };
-            let obstacles: &[Obstacle] = match &self.origin {
-                Origin::Here { obstacles, .. } => obstacles,
-                Origin::File(_) => &[],
+            let read;
+            let end = match &self.origin {
+                Origin::Here { .. } => self.run.steps.get(step),
+                Origin::File { path, opened } => {
+                    read = locked(opened).step(step).map_err(unreadable(path))?;
+                    read.as_ref()
+                }
+            };
+            let Some(end) = end else { return Ok(None) };
+            let obstacles = match &self.origin {
+                Origin::Here { recipe, .. } => recipe.obstacles(),
+                Origin::File { .. } => &[],
             };
             let drawing =
                 Drawing { step: end, obstacles, title: &self.run.scenario, run: Some(&self.run), of_step: None };

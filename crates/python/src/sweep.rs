@@ -1,7 +1,7 @@
 //! Sweeps in parts: a range of points that any machine computes, what is there of all of them, and one table of them.
 
 use crate::failure::Failure;
-use crate::run::PROGRAM;
+use crate::files::PROGRAM;
 use crate::source::{Held, Loaded, Source};
 use crate::worker::{guarded, interruptible};
 use pyo3::prelude::*;

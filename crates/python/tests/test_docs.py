@@ -13,18 +13,22 @@ import pytest
 import wireloom
 
 ROOT = Path(__file__).resolve().parents[3]
+OPTIONAL = {"wireloom._cosseratbench": "cosseratbench", "wireloom._widget": "anywidget"}
+"""Modules that need a package which is no dependency."""
 MODULES = ["wireloom", *(f"wireloom.{module.name}" for module in pkgutil.iter_modules(wireloom.__path__))]
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if name != "wireloom._wireloom"])
 def test_examples_of_docstrings_run(name: str) -> None:
+    if name in OPTIONAL:
+        pytest.importorskip(OPTIONAL[name], reason=f"{OPTIONAL[name]} is not installed")
     flags = doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
     assert doctest.testmod(importlib.import_module(name), optionflags=flags).failed == 0
 
 
 def test_there_are_examples() -> None:
     finder = doctest.DocTestFinder()
-    modules = [importlib.import_module(name) for name in MODULES]
+    modules = [importlib.import_module(name) for name in MODULES if name not in OPTIONAL]
     assert sum(len(test.examples) for module in modules for test in finder.find(module)) > 20
 
 

@@ -35,7 +35,45 @@ def test_the_result_is_that_of_the_command_line_byte_by_byte(
     assert path == str(tmp_path / "python" / "result.json")
     own, other = Path(path).read_bytes(), (tmp_path / "cli" / "result.json").read_bytes()
     assert without_times(own) == without_times(other)
-    assert sorted(os.listdir(tmp_path / "python")) == ["result.json"]
+    assert sorted(os.listdir(tmp_path / "python")) == ["picture.svg", "result.json"]
+
+
+EVERYTHING = """
+[output]
+increments = true
+fields = "arrow"
+csv = true
+vtk = true
+gltf = true
+report = true
+clearance = true
+swept = "10 mm"
+"""
+
+
+def test_all_files_are_those_of_the_command_line_byte_by_byte(program: str, tmp_path: Path) -> None:
+    text = (SCENARIOS / "assembly" / "door.toml").read_text()
+    assert "[output]" not in text
+    path = tmp_path / "door.toml"
+    path.write_text(text + EVERYTHING)
+    subprocess.run([program, "run", "-q", path, "--out", tmp_path / "cli"], check=True)
+    wireloom.load(path).run().save(tmp_path / "python")
+    files = lambda folder: {  # noqa: E731
+        str(own.relative_to(folder)): own.read_bytes() for own in folder.rglob("*") if own.is_file()
+    }
+    own, other = files(tmp_path / "python"), files(tmp_path / "cli")
+    other = {name: data for name, data in other.items() if not name.startswith(".wireloom")}
+    assert sorted(own) == sorted(other)
+    for kind in ("result.json", "fields.arrow", "picture.svg", "report.html", "harness.pvd", "harness.glb", "swept.glb"):
+        assert kind in own
+    assert sum(name.startswith("vtk/") for name in own) > 10 and sum(name.startswith("csv/") for name in own) > 3
+    # Reports say when they were written and how long the run took, results the latter.
+    for name in own.keys() - {"report.html", "result.json"}:
+        assert own[name] == other[name], name
+    assert without_times(own["result.json"]) == without_times(other["result.json"])
+    lines = [data["report.html"].decode().split("<") for data in (own, other)]
+    changed = [pair for pair in zip(*lines, strict=True) if pair[0] != pair[1]]
+    assert len(changed) < 20, changed
 
 
 def test_values_are_those_of_the_file(run: wireloom.Run, tmp_path: Path) -> None:
@@ -105,7 +143,7 @@ def test_arrays_are_views_of_the_result(run: wireloom.Run) -> None:
     handle = run._handle
     for key in ("s", "position", "force", "moment", "bend_radius"):
         first, second = (
-            np.asarray(getattr(dict(handle.steps()[-1].branches())["trunk"], key)()).ctypes.data for _ in range(2)
+            np.asarray(getattr(dict(handle.step(39).branches())["trunk"], key)()).ctypes.data for _ in range(2)
         )
         array = getattr(run.steps[-1].branches["trunk"], key)
         # Two handles lead to the same memory, so nothing was copied on the way.
@@ -150,6 +188,56 @@ def test_a_folder_is_opened(first: wireloom.Scenario, tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:5000])
     with pytest.raises(wireloom.ResultError, match="result.json"):
         wireloom.Run.open(tmp_path)
+
+
+def test_equilibria_are_read_when_they_are_asked_for(first: wireloom.Scenario, tmp_path: Path) -> None:
+    first["output.increments"] = True
+    first["output.fields"] = "arrow"
+    run = first.run()
+    path = Path(run.save(tmp_path))
+    arrow = tmp_path / "fields.arrow"
+    assert path.stat().st_size < arrow.stat().st_size
+    again = wireloom.Run.open(tmp_path)
+    assert len(again.steps) == len(run.steps) == 40 and again.steps[-1] is again.steps[39]
+    for step, own in zip(run.steps, again.steps, strict=True):
+        for name, branch in step.branches.items():
+            for key in ("s", "position", "force", "moment", "bend_radius"):
+                assert np.array_equal(getattr(branch, key), getattr(own.branches[name], key))
+            # Frames of results are of unit length to 1e-9; what is read is made orthonormal, as from result.json alone.
+            assert np.allclose(branch.d1, own.branches[name].d1, rtol=0, atol=1e-8)
+    assert [step.increment for step in again.steps[1:4]] == [2, 3, 4]
+    with pytest.raises(IndexError, match="there is no step 40: the run has 40"):
+        again.steps[40]
+    # What is saved is opened again.
+    again.save(tmp_path / "copy")
+    for name in ("result.json", "fields.arrow"):
+        assert (tmp_path / "copy" / name).read_bytes() == (tmp_path / name).read_bytes()
+    # The last equilibrium is damaged: the others are read.
+    data = arrow.read_bytes()
+    moved = np.ascontiguousarray(run.steps[-1].branches["left"].moment).tobytes()
+    at = data.rindex(moved)
+    arrow.write_bytes(data[:at] + b"\x00" * 8 + data[at + 8 :])
+    broken = wireloom.Run.open(tmp_path)
+    assert broken.status == "converged" and len(broken.steps[0].branches) == 3
+    with pytest.raises(wireloom.ResultError, match="equilibrium 40 is not the one of result.json, or it is damaged"):
+        broken.steps[-1]
+    arrow.write_bytes(data[:1000])
+    with pytest.raises(wireloom.ResultError, match="fields.arrow"):
+        wireloom.Run.open(tmp_path)
+    arrow.unlink()
+    with pytest.raises(FileNotFoundError, match="fields.arrow"):
+        wireloom.Run.open(tmp_path)
+
+
+def test_pyvista_takes_an_equilibrium(run: wireloom.Run) -> None:
+    pytest.importorskip("pyvista", reason="PyVista is not installed, which is large: pip install pyvista")
+    mesh = run.to_pyvista()
+    branches = run.steps[-1].branches
+    assert mesh.n_cells == 3 and mesh.n_points == sum(len(branch) for branch in branches.values())
+    assert np.array_equal(mesh.points[: len(branches["trunk"])], branches["trunk"].position)
+    assert list(mesh.field_data["branches"]) == list(branches)
+    lengths = mesh.compute_cell_sizes().cell_data["Length"]
+    assert np.allclose(lengths, [branch.s[-1] for branch in branches.values()], rtol=1e-3)
 
 
 def test_a_folder_that_cannot_be_written_is_an_os_error(run: wireloom.Run, tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ pub use format::explain;
 pub use format::limits::MAX_COUNT as MAX_SEGMENTS;
 pub use format::schema::schema;
 pub use format::units::{quantity_in, unit_of};
-pub use output::Output;
+pub use output::{Fields, Output};
 pub use read::files::{Files, NoFiles};
 pub use read::library::{shipped_coverings, shipped_wires};
 pub use read::plugins::{Plugins, plugins};

@@ -14,11 +14,13 @@ macro_rules! output {
             $($(#[$doc])* pub $name: bool,)*
             /// The space that the harness sweeps, as glTF, from a grid with cells of this size, m.
             pub swept: Option<f64>,
+            /// Where the fields of nodes are written.
+            pub fields: Fields,
         }
 
         impl Default for Output {
             fn default() -> Self {
-                Self { $($name: $default,)* swept: None }
+                Self { $($name: $default,)* swept: None, fields: Fields::Json }
             }
         }
 
@@ -28,6 +30,7 @@ macro_rules! output {
                 match key {
                     $(stringify!($name) => self.$name,)*
                     "swept" => self.swept.is_some(),
+                    "fields" => self.fields == Fields::Arrow,
                     _ => false,
                 }
             }
@@ -39,6 +42,7 @@ macro_rules! output {
             keys: &[
                 $(may(stringify!($name), Form::Flag, concat!($text, "; default ", $default)),)*
                 SWEPT,
+                FIELDS,
             ],
         };
 
@@ -47,6 +51,10 @@ macro_rules! output {
             Output {
                 $($name: entry.flag(stringify!($name)).unwrap_or($default),)*
                 swept: entry.number(SWEPT.name),
+                fields: match entry.choice(FIELDS.name) {
+                    Some("arrow") => Fields::Arrow,
+                    _ => Fields::Json,
+                },
             }
         }
     };
@@ -68,6 +76,24 @@ output! {
     /// Harness and obstacles at the end of each step as glTF.
     gltf = false, "write harness, constraints and obstacles at the end of each step as scenes of harness.glb";
 }
+
+/// Where the fields of nodes (positions, directors, forces, moments) are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fields {
+    /// In `result.json`.
+    #[default]
+    Json,
+    /// In `fields.arrow` beside it.
+    Arrow,
+}
+
+const FIELDS: Key = may(
+    "fields",
+    Form::Choice(&["json", "arrow"]),
+    "where positions, directors, forces and moments at nodes are written: \"json\", in result.json, however large it \
+     becomes; \"arrow\", in fields.arrow beside it, which has 150 bytes for each node and equilibrium instead of some \
+     380, and which pandas, Polars, DuckDB and others read; default \"json\"",
+);
 
 const SWEPT: Key = may(
     "swept",

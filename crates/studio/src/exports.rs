@@ -38,6 +38,7 @@ pub fn make(run: &Run, obstacles: &[Obstacle], name: &str, made: &ExportInfo<'_>
         surroundings: &surroundings,
         times: &[],
         swept: None,
+        fields_apart: false,
         program,
         machine,
         written,

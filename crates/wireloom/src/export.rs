@@ -21,4 +21,4 @@ mod provenance;
 
 pub use provenance::{provenance, sha256};
 pub use wireloom_export::names::file_name;
-pub use wireloom_export::{catalogue, csv, format, gltf, json, picture, report, sheet, table, vtk};
+pub use wireloom_export::{catalogue, csv, fields, format, gltf, json, picture, report, sheet, table, vtk};

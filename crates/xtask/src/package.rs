@@ -60,7 +60,7 @@ fn collect(stage: &Path) -> std::io::Result<()> {
     for entry in fs::read_dir(root().join(PACKAGE).join("python/wireloom"))? {
         let path = entry?.path();
         let wanted =
-            path.extension().is_some_and(|extension| ["py", "pyi", "typed"].iter().any(|own| extension == *own));
+            path.extension().is_some_and(|extension| ["js", "py", "pyi", "typed"].iter().any(|own| extension == *own));
         if let Some(name) = path.file_name().filter(|_| wanted) {
             fs::copy(&path, package.join(name))?;
         }

@@ -10,12 +10,17 @@ const DUCKDB: &str = "2.0.0";
 const OPEN_CASCADE: &str = "8.0.1.1.0";
 const EXUDYN: &str = "1.13.6";
 /// What the Python package needs to be packed and tested.
-const PACKING: [&str; 8] = [
+const PACKING: [&str; 13] = [
+    "anywidget>=0.9",
+    "cosseratbench==0.3.0",
     "distributed>=2026.8",
+    "jax>=0.4",
+    "jupyterlab>=4.2",
     "maturin==1.16.0",
     "matplotlib>=3.8",
     "mypy==2.4.1",
     "numpy>=2,<3",
+    "playwright>=1.48",
     "pytest==9.2.0",
     "usd-core==26.11",
     "wheel>=0.45",
@@ -131,7 +136,8 @@ pub fn deny() -> Result<String, String> {
 
 /// Installs what the Python package needs to be packed and tested; `python`: the one of [`python`].
 pub fn packing(python: &str) -> Result<(), String> {
-    let known = "import distributed, maturin, matplotlib, mypy, numpy, pytest, wheel, pxr.Usd";
+    let known = "import anywidget, cosseratbench, distributed, jax, jupyterlab, maturin, matplotlib, mypy, numpy, \
+                 playwright, pytest, wheel, pxr.Usd";
     if works(&mut command(python, &["-c", known])) {
         return Ok(());
     }

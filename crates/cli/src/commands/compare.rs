@@ -6,7 +6,7 @@ use crate::arguments::CompareArguments;
 use crate::failure::{Failure, Outcome};
 use crate::files::folder;
 use crate::files::load::{self, Loaded};
-use crate::files::results::RESULT;
+use crate::files::results::{FIELDS, RESULT};
 use crate::plugin::trust::Trust;
 use crate::print::differences;
 use crate::print::progress::Bar;
@@ -19,6 +19,7 @@ use variants::Variant;
 use wireloom::compare::{Case, Comparison, Ending, Trend, convergence};
 use wireloom::export::json;
 use wireloom::export::report::{ComparisonPage, write_comparison};
+use wireloom::plugins::open_regular_file;
 use wireloom::session::{Monitor, Observer, Progress};
 use wireloom::{Control, Status, StepResult};
 
@@ -166,7 +167,8 @@ fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
 /// The last equilibrium of a `result.json`, or of that of a folder.
 fn read(path: &Path) -> Result<Option<Ending>, Failure> {
     let file = if path.is_dir() { path.join(RESULT) } else { path.to_owned() };
-    json::read(load::open(&file)?).map_err(|error| match error.kind() {
+    let fields = || open_regular_file(&file.with_file_name(FIELDS), u64::MAX);
+    json::read_with(load::open(&file)?, fields).map_err(|error| match error.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
             Failure::Input(format!("{} is no result of `wireloom run`: {error}", file.display()))
         }

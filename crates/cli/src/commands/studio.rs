@@ -11,7 +11,7 @@ use crate::files::load::{self, Beside};
 use crate::files::own::{ANEW, Own};
 use crate::files::page::SCENE;
 use crate::files::place::Place;
-use crate::files::results::RESULT;
+use crate::files::results::{FIELDS, RESULT};
 use crate::interrupt;
 use crate::plugin::load::load as load_plugins;
 use crate::plugin::trust::Trust;
@@ -151,7 +151,7 @@ fn finished(path: &Path, envelope: Option<Vec<u8>>) -> Result<Site, Failure> {
         )));
     }
     let result = place.file(RESULT).map_err(Failure::io("read", &path.join(RESULT)))?;
-    let run = json::read_run(result).map_err(no_result)?;
+    let run = json::read_run_with(result, || place.file(FIELDS)).map_err(no_result)?;
     let own = Own::open(path)?;
     let absent = || Failure::io("read", &own.path(SCENE))(io::ErrorKind::NotFound.into());
     let bytes = own.part(SCENE, ANEW)?.ok_or_else(absent)?;

@@ -12,6 +12,8 @@ use wireloom::scenario::{Built, Output};
 use wireloom::session::Progress;
 use wireloom::{Run, StepResult};
 
+/// The file of the fields of nodes.
+pub use wireloom::export::fields::FILE as FIELDS;
 /// The file of the whole run.
 pub use wireloom::export::json::FILE as RESULT;
 
@@ -27,7 +29,7 @@ pub struct Results {
 
 /// The formats that are asked for, and those that are always written.
 pub fn asked(output: &Output) -> impl Iterator<Item = &'static dyn Format> {
-    FORMATS.into_iter().filter(|format| format.key().is_none_or(|key| output.asks_for(key)))
+    FORMATS.iter().copied().filter(|format| format.key().is_none_or(|key| output.asks_for(key)))
 }
 
 /// The obstacles of a scenario.
@@ -79,6 +81,7 @@ impl Results {
             surroundings,
             times,
             swept,
+            fields_apart: output.asks_for("fields"),
             program: PROGRAM,
             machine: &machine,
             written: &written,
@@ -151,6 +154,7 @@ mod tests {
             let line = match key {
                 "picture" => continue,
                 "swept" => "swept = 0.01".to_owned(),
+                "fields" => "fields = \"arrow\"".to_owned(),
                 flag => format!("{flag} = true"),
             };
             let keys: Vec<_> = asked(&output(&line)).filter_map(|format| format.key()).collect();

@@ -6,7 +6,8 @@ use super::document::{
     Step, TightestBend, Violation,
 };
 use super::provenance::Provenance;
-use super::values::{Entries, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
+use super::values::{Entries, FieldsFile, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
+use crate::fields::BranchFields;
 use wireloom_core::rotation::{columns, frame_from};
 use wireloom_core::{Pose, Rotation, Status, Vector, equilibrium as core};
 
@@ -14,8 +15,8 @@ use wireloom_core::{Pose, Rotation, Status, Vector, equilibrium as core};
 type Refusal = String;
 
 impl<S> Document<S> {
-    /// All but the steps of `run`, which are given.
-    pub fn of(run: &core::Run, provenance: &Provenance, steps: S) -> Self {
+    /// All but the steps of `run`, which are given; `fields`: where their node fields are, if in another file.
+    pub fn of(run: &core::Run, provenance: &Provenance, fields: Option<FieldsFile>, steps: S) -> Self {
         Self {
             schema: Schema,
             scenario: run.scenario.clone(),
@@ -27,6 +28,7 @@ impl<S> Document<S> {
             plugins: run.plugins.iter().map(Plugin::of).collect(),
             identities: (*run.identities).clone(),
             events: run.events.iter().map(Event::of).collect(),
+            fields,
             steps,
             clearance: run.clearances.iter().map(Clearance::of).collect(),
             drawn_start: run.drawn_start.clone(),
@@ -209,7 +211,12 @@ impl Increment {
 }
 
 impl Step {
-    pub fn of(step: &core::StepResult) -> Self {
+    /// `apart`: the checksum of its node fields, where they are in another file.
+    pub fn of(step: &core::StepResult, apart: Option<&str>) -> Self {
+        let branch = |branch: &core::BranchResult| match apart {
+            Some(_) => Branch::without_lists(branch),
+            None => Branch::of(branch),
+        };
         let slide = |constraint: &core::ConstraintResult| {
             constraint.slide.as_ref().map(|slide| (constraint.name.clone(), Slide::of(slide)))
         };
@@ -218,7 +225,8 @@ impl Step {
             increment: step.increment,
             increments: step.increments,
             status: Word(step.status),
-            branches: step.branches.iter().map(|branch| (branch.name.clone(), Branch::of(branch))).collect(),
+            fields_sha256: apart.map(str::to_owned),
+            branches: step.branches.iter().map(|own| (own.name.clone(), branch(own))).collect(),
             joints: step.joints.iter().map(|joint| (joint.name.clone(), Joint::of(joint))).collect(),
             constraints: step.constraints.iter().map(|held| (held.name.clone(), Constraint::of(held))).collect(),
             obstacles: step.obstacles.iter().map(|body| (body.name.clone(), Obstacle::of(body))).collect(),
@@ -234,6 +242,7 @@ impl Step {
         }
     }
 
+    /// The equilibrium; without lists where they are in another file.
     pub fn result(self) -> Result<core::StepResult, Refusal> {
         let mut slides = self.sliding;
         let constraint = |(name, constraint): (String, Constraint)| {
@@ -283,52 +292,93 @@ fn unknown_slide(left: &Entries<Slide>) -> Result<(), Refusal> {
     }
 }
 
+/// Node fields of an equilibrium that are in another file: number of nodes of each branch, and checksum.
+pub struct Apart {
+    pub nodes: Vec<usize>,
+    pub hash: String,
+}
+
+impl<V> Step<V> {
+    /// What is known here of lists that are in another file.
+    pub fn apart(&self) -> Result<Option<Apart>, Refusal> {
+        let nodes = self.branches.0.iter().filter_map(|(_, branch)| branch.nodes).collect::<Vec<_>>();
+        match &self.fields_sha256 {
+            Some(hash) if nodes.len() == self.branches.0.len() => Ok(Some(Apart { nodes, hash: hash.clone() })),
+            None if nodes.is_empty() => Ok(None),
+            Some(_) => Err("missing field `nodes` of a branch, beside `fields_sha256`".to_owned()),
+            None => Err("missing field `fields_sha256`, beside `nodes`".to_owned()),
+        }
+    }
+}
+
 impl Branch<Vec<Vector3>> {
     fn of(branch: &core::BranchResult) -> Self {
-        let column = |k: usize| branch.frame.iter().map(|frame| written(&columns(frame)[k])).collect();
+        let column = |k: usize| Some(branch.frame.iter().map(|frame| written(&columns(frame)[k])).collect());
+        let mut all = Self {
+            nodes: None,
+            strain: branch.strain.as_deref().map(numbers_of),
+            s: Some(numbers_of(&branch.s)),
+            position: Some(vectors_of(&branch.position)),
+            d3: column(2),
+            d1: column(0),
+            force: Some(vectors_of(&branch.force)),
+            moment: Some(vectors_of(&branch.moment)),
+            bend_radius: Some(numbers_of(&branch.bend_radius)),
+            ..Self::without_lists(branch)
+        };
+        if let (Some(own), Some(friction)) = (&mut all.friction, &branch.friction) {
+            own.set = Some(vectors_of(&friction.set));
+        }
+        all
+    }
+
+    /// With the number of nodes in place of the lists, which are in another file.
+    fn without_lists(branch: &core::BranchResult) -> Self {
         Self {
             diameter: Number(branch.diameter),
             bend_radius_limit: branch.bend_radius_limit.map(Number),
             axial_stiffness: Number(branch.axial_stiffness),
-            strain: branch.strain.as_deref().map(numbers_of),
-            s: numbers_of(&branch.s),
-            position: vectors_of(&branch.position),
-            d3: column(2),
-            d1: column(0),
-            force: vectors_of(&branch.force),
-            moment: vectors_of(&branch.moment),
-            bend_radius: numbers_of(&branch.bend_radius),
+            nodes: Some(branch.s.len()),
+            strain: None,
+            s: None,
+            position: None,
+            d3: None,
+            d1: None,
+            force: None,
+            moment: None,
+            bend_radius: None,
             twist_turns: Number(branch.twist_turns),
             error: branch.error.as_ref().map(BranchError::of),
             deviation: branch.deviation.as_ref().map(Deviation::of),
-            friction: branch.friction.as_ref().map(Friction::of),
+            friction: branch.friction.as_ref().map(Friction::without_set),
         }
     }
 
     fn result(self, name: String) -> Result<core::BranchResult, Refusal> {
-        let set = self.friction.as_ref().map_or(self.d1.len(), |friction| friction.set.len());
-        let strain = self.strain.as_ref().map_or(self.d1.len(), Vec::len);
-        let lengths = [self.d1.len(), self.force.len(), self.moment.len(), set, strain];
-        self.same_lengths(&name, &lengths)?;
-        let frames = self.d3.into_iter().zip(self.d1);
-        // Where a failure has left no numbers there is no frame either.
-        let frame = |(d3, d1)| frame_from(&vector(d3), &vector(d1)).unwrap_or_else(Rotation::identity);
+        let (d1, force, moment) = (listed(self.d1), listed(self.force), listed(self.moment));
+        let (s, position, d3) = (listed(self.s), listed(self.position), listed(self.d3));
+        let bend_radius = listed(self.bend_radius);
+        let friction = self.friction.map(Friction::friction);
+        let set = friction.as_ref().map_or(s.len(), |friction| friction.set.len());
+        let strain = self.strain.as_ref().map_or(s.len(), Vec::len);
+        let lengths = [position.len(), d3.len(), d1.len(), force.len(), moment.len(), bend_radius.len(), set, strain];
+        same_lengths(&name, s.len(), &lengths)?;
         Ok(core::BranchResult {
             name,
             diameter: self.diameter.0,
             bend_radius_limit: self.bend_radius_limit.map(number),
             axial_stiffness: self.axial_stiffness.0,
             strain: self.strain.map(numbers),
-            s: numbers(self.s),
-            position: vectors(self.position),
-            frame: frames.map(frame).collect(),
-            force: vectors(self.force),
-            moment: vectors(self.moment),
-            bend_radius: radii(self.bend_radius),
+            s: numbers(s),
+            position: vectors(position),
+            frame: frames(vectors(d3), vectors(d1)),
+            force: vectors(force),
+            moment: vectors(moment),
+            bend_radius: radii(bend_radius),
             twist_turns: self.twist_turns.0,
             error: self.error.map(BranchError::error),
             deviation: self.deviation.map(Deviation::deviation),
-            friction: self.friction.map(Friction::friction),
+            friction,
         })
     }
 }
@@ -362,15 +412,41 @@ impl Deviation {
     }
 }
 
+/// A list that may be in another file, and is then empty here.
+pub fn listed<T>(list: Option<Vec<T>>) -> Vec<T> {
+    list.unwrap_or_default()
+}
+
+fn frames(d3: Vec<Vector>, d1: Vec<Vector>) -> Vec<Rotation> {
+    // Where a failure has left no numbers there is no frame either.
+    d3.into_iter().zip(d1).map(|(d3, d1)| frame_from(&d3, &d1).unwrap_or_else(Rotation::identity)).collect()
+}
+
+/// Puts node fields, which were in another file, into an equilibrium.
+pub fn fill(step: &mut core::StepResult, fields: Vec<BranchFields>) {
+    for (branch, own) in step.branches.iter_mut().zip(fields) {
+        branch.s = own.s;
+        branch.position = own.position;
+        branch.frame = frames(own.d3, own.d1);
+        branch.force = own.force;
+        branch.moment = own.moment;
+        branch.bend_radius = own.bend_radius;
+        branch.strain = own.strain;
+        if let Some(friction) = &mut branch.friction {
+            friction.set = own.set.unwrap_or_default();
+        }
+    }
+}
+
 impl Friction {
-    fn of(friction: &core::FrictionResult) -> Self {
-        let core::FrictionResult { set, dissipated, dissipated_in_all } = friction;
-        Self { set: vectors_of(set), dissipated: Number(*dissipated), dissipated_in_all: Number(*dissipated_in_all) }
+    fn without_set(friction: &core::FrictionResult) -> Self {
+        let core::FrictionResult { set: _, dissipated, dissipated_in_all } = friction;
+        Self { set: None, dissipated: Number(*dissipated), dissipated_in_all: Number(*dissipated_in_all) }
     }
 
     fn friction(self) -> core::FrictionResult {
         core::FrictionResult {
-            set: vectors(self.set),
+            set: vectors(listed(self.set)),
             dissipated: self.dissipated.0,
             dissipated_in_all: self.dissipated_in_all.0,
         }
@@ -400,15 +476,12 @@ impl BranchError {
     }
 }
 
-impl<V> Branch<V> {
-    /// Refuses a branch whose lists, or others of these lengths, differ in length.
-    pub fn same_lengths(&self, name: &str, others: &[usize]) -> Result<(), Refusal> {
-        let own = [self.position.len(), self.d3.len(), self.bend_radius.len()];
-        if own.iter().chain(others).all(|length| *length == self.s.len()) {
-            return Ok(());
-        }
-        Err(format!("the lists of branch \"{name}\" differ in length"))
+/// Refuses a branch whose lists differ in length from that of `s`.
+pub fn same_lengths(name: &str, s: usize, others: &[usize]) -> Result<(), Refusal> {
+    if others.iter().all(|length| *length == s) {
+        return Ok(());
     }
+    Err(format!("the lists of branch \"{name}\" differ in length"))
 }
 
 impl Joint {

@@ -6,7 +6,9 @@
 //! halves.
 
 use super::provenance::Provenance;
-use super::values::{Entries, Number, Quaternion, Schema, Vector3, Word, is_zero, nullable};
+use super::values::{Entries, FieldsFile, Number, Quaternion, Schema, Vector3, Word, is_zero, nullable};
+use serde::de::{Deserializer, Error};
+use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::{DrawnStart, SlideMotion};
 use wireloom_core::identity::Identities;
@@ -29,6 +31,8 @@ pub struct Document<S> {
     #[serde(default, skip_serializing_if = "Identities::is_empty")]
     pub identities: Identities,
     pub events: Vec<Event>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fields: Option<FieldsFile>,
     pub steps: S,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clearance: Vec<Clearance>,
@@ -144,6 +148,8 @@ pub struct Step<V = Vec<Vector3>> {
     pub increment: usize,
     pub increments: usize,
     pub status: Word<Status>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fields_sha256: Option<String>,
     pub branches: Entries<Branch<V>>,
     pub joints: Entries<Joint>,
     pub constraints: Entries<Constraint>,
@@ -188,9 +194,9 @@ pub struct Marker {
     pub position: Vector3,
 }
 
-/// A branch; lists have one entry for each node.
+/// A branch; lists have one entry for each node. Where they are in another file, `nodes` is their length.
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct Branch<V> {
     pub diameter: Number,
     #[serde(deserialize_with = "nullable")]
@@ -198,13 +204,22 @@ pub struct Branch<V> {
     pub axial_stiffness: Number,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<Vec<Number>>,
-    pub s: Vec<Number>,
-    pub position: Vec<Vector3>,
-    pub d3: Vec<Vector3>,
-    pub d1: V,
-    pub force: V,
-    pub moment: V,
-    pub bend_radius: Vec<Number>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<usize>,
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub s: Option<Vec<Number>>,
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub position: Option<Vec<Vector3>>,
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub d3: Option<Vec<Vector3>>,
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub d1: Option<V>,
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub force: Option<V>,
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub moment: Option<V>,
+    #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+    pub bend_radius: Option<Vec<Number>>,
     pub twist_turns: Number,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<BranchError>,
@@ -241,11 +256,54 @@ pub enum DeviationCause {
     },
 }
 
+/// No list: unlike that of `default`, its type may be any.
+fn none<T>() -> Option<T> {
+    None
+}
+
+impl<V> Branch<V> {
+    /// Names of its lists, and whether they are there.
+    fn lists(&self) -> impl Iterator<Item = (&'static str, bool)> + use<V> {
+        let set = self.friction.as_ref().map(|friction| ("set", friction.set.is_some()));
+        let lists = [
+            ("s", self.s.is_some()),
+            ("position", self.position.is_some()),
+            ("d3", self.d3.is_some()),
+            ("d1", self.d1.is_some()),
+            ("force", self.force.is_some()),
+            ("moment", self.moment.is_some()),
+            ("bend_radius", self.bend_radius.is_some()),
+        ];
+        lists.into_iter().chain(set)
+    }
+}
+
+impl<V: Serialize> Serialize for Branch<V> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+impl<'de, V: Deserialize<'de>> Deserialize<'de> for Branch<V> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let branch = Self::deserialize(deserializer)?;
+        let apart = branch.nodes.is_some();
+        match branch.lists().find(|(_, there)| *there == apart) {
+            None => Ok(branch),
+            Some((list, _)) if apart => {
+                Err(D::Error::custom(format_args!("both `nodes`, for lists in another file, and the list `{list}`")))
+            }
+            Some((list, _)) => Err(D::Error::missing_field(list)),
+        }
+    }
+}
+
 /// Friction within the section of a branch: set at each node (about d1, d2, d3), 1/m; energies, J.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
-    pub set: Vec<Vector3>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub set: Option<Vec<Vector3>>,
     pub dissipated: Number,
     pub dissipated_in_all: Number,
 }

@@ -1,5 +1,6 @@
 //! Values of `result.json`: numbers that may be null, words, objects whose keys are names.
 
+use crate::fields;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, Unexpected, Visitor};
 use serde::ser::{Serialize, Serializer};
@@ -29,6 +30,25 @@ impl<'de> Deserialize<'de> for Schema {
             other => Err(D::Error::custom(format!(
                 "version {other} is not known to this program, which reads version {SCHEMA}"
             ))),
+        }
+    }
+}
+
+/// The field `fields`: always the name of [`crate::fields::FILE`]; any other one is refused.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldsFile;
+
+impl Serialize for FieldsFile {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(fields::FILE)
+    }
+}
+
+impl<'de> Deserialize<'de> for FieldsFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match String::deserialize(deserializer)?.as_str() {
+            fields::FILE => Ok(Self),
+            other => Err(D::Error::custom(format!("{other:?} is no file of fields, which is {:?}", fields::FILE))),
         }
     }
 }

@@ -3,6 +3,8 @@
 mod comparison_html;
 mod comparisons;
 mod csv_table;
+#[cfg(feature = "arrow")]
+mod fields_arrow;
 mod gltf_files;
 mod json_contract;
 #[cfg(feature = "parquet")]

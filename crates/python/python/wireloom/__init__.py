@@ -13,6 +13,7 @@ A scenario is the text of a TOML file. Everything is in SI units: m, N, N m, J, 
 """
 
 from . import parts
+from ._build import Harness, HarnessStep
 from ._errors import (
     ClosedError,
     Diagnostic,
@@ -44,6 +45,8 @@ __all__ = [
     "Estimate",
     "Event",
     "Failed",
+    "Harness",
+    "HarnessStep",
     "Identified",
     "InternalError",
     "Interrupted",

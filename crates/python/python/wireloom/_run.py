@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import html
 import json
+import operator
 import os
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, SupportsIndex, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _wireloom
 from ._errors import NoAnswerError, RequestError
+from ._machine import machine
 from ._study import sensitivities
 from ._types import Source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from pyvista import PolyData
 
 Array = npt.NDArray[np.float64]
 
@@ -440,6 +445,41 @@ class Step:
         return f"<wireloom.Step {self.name!r}, increment {self.increment} of {self.increments}, {self.status}>"
 
 
+class Steps(Sequence[Step]):
+    """The equilibria of a run. Those of a run that was opened from a file are read when they are asked for."""
+
+    __slots__ = ("_handle", "_known")
+
+    def __init__(self, handle: _wireloom.Run) -> None:
+        self._handle = handle
+        self._known: dict[int, Step] = {}
+
+    @overload
+    def __getitem__(self, index: SupportsIndex) -> Step: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Step, ...]: ...
+
+    def __getitem__(self, index: SupportsIndex | slice) -> Step | tuple[Step, ...]:
+        if isinstance(index, slice):
+            return tuple(self[k] for k in range(*index.indices(len(self))))
+        number, count = operator.index(index), len(self)
+        if not -count <= number < count:
+            raise IndexError(f"there is no step {number}: the run has {count}")
+        number %= count
+        if number not in self._known:
+            own = self._handle.step(number)
+            assert own is not None
+            self._known[number] = Step(own)
+        return self._known[number]
+
+    def __len__(self) -> int:
+        return self._handle.step_count()
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} equilibria>"
+
+
 class Run:
     """A run: its status, its verdict, the equilibria that were kept, and what happened on the way."""
 
@@ -449,13 +489,15 @@ class Run:
 
     @staticmethod
     def open(path: str | os.PathLike[str]) -> Run:
-        """Reads the run of a folder (`result.json` in it) or of a `result.json`, whole.
+        """Opens the run of a folder (`result.json` in it) or of a `result.json`.
 
-        Numbers are those that were written; d1, d2 and d3 up to round-off.
+        Equilibria are read when they are asked for, each once: `run.steps[-1]` reads the last one alone. With
+        `[output] fields = "arrow"` the fields of their nodes come from `fields.arrow` beside it. Keep the files until
+        then. Numbers are those that were written; d1, d2 and d3 up to round-off.
 
         Raises:
-            OSError: the file cannot be read.
-            ResultError: it is no result of this version.
+            OSError: a file cannot be read.
+            ResultError: it is no result of this version. Of an equilibrium that is damaged: when it is asked for.
         """
         return Run(_wireloom.open(os.fspath(path)))
 
@@ -492,9 +534,9 @@ class Run:
         return self._handle.fault
 
     @cached_property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> Sequence[Step]:
         """The equilibria that were kept: by default the last one of every step."""
-        return tuple(Step(own) for own in self._handle.steps())
+        return Steps(self._handle)
 
     @cached_property
     def events(self) -> Table[Event]:
@@ -537,15 +579,21 @@ class Run:
         return dict(zip(found.keys, map(float, found.derivatives[0]), strict=True))
 
     def save(self, folder: str | os.PathLike[str]) -> str:
-        """Writes `result.json`, as the command line does, into a folder, which is made where it is missing.
+        """Writes the files that the scenario's `[output]` asks for into a folder, which is made where it is missing:
+        `result.json`, `picture.svg` and others, as the command line does. Of a run that was opened from a folder,
+        `result.json` is copied, with `fields.arrow` where there is one.
 
         Returns:
-            The path of the file.
+            The path of `result.json`.
 
         Raises:
-            OSError: it cannot be written; what was there before stays.
+            OSError: a file cannot be written; what was there of it before stays.
         """
-        return os.fspath(self._handle.save(os.fspath(folder)))
+        written = datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+        paths, remark = self._handle.save(os.fspath(folder), machine(), written)
+        if remark is not None:
+            warnings.warn(remark, stacklevel=2)
+        return os.fspath(paths[-1])
 
     def picture(self, step: int = -1) -> str:
         """The picture of an equilibrium as SVG, seen from above, from the front and from the side.
@@ -586,6 +634,21 @@ class Run:
         from ._usd import write
 
         write(self, path)
+
+    def to_pyvista(self, step: int = -1) -> PolyData:
+        """An equilibrium as a `pyvista.PolyData`: a line for each branch, with the fields of its nodes.
+
+        Point data: `s` (m), `d1`, `d3`, `force` (N), `moment` (N m), `bend_radius` (m), `radius` of the cable (m). Cell
+        data: `branch`, its number in `field_data["branches"]`. `run.to_pyvista().tube(scalars="radius", absolute=True)`
+        are the cables.
+
+        Raises:
+            ImportError: pyvista is not installed, which is not a dependency: `pip install wireloom[pyvista]`.
+            IndexError: there is no such step.
+        """
+        from ._pyvista import poly_data
+
+        return poly_data(self.steps[step])
 
     def plot(self, ax: Axes | None = None, *, step: int = -1) -> Axes:
         """Draws an equilibrium in three dimensions with matplotlib, which is not a dependency.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,9 @@ import numpy.typing as npt
 from . import _wireloom
 from ._run import Step
 from ._scenario import Scenario, _json
+
+if TYPE_CHECKING:
+    from ._widget import SessionWidget
 
 
 def _numbers(what: str, value: Sequence[float] | npt.NDArray[np.float64] | None, count: int) -> list[float] | None:
@@ -216,6 +220,18 @@ class Session:
             ClosedError: the session is closed.
         """
         return Step(self._handle.undo())
+
+    def widget(self) -> SessionWidget:
+        """A live view for notebooks: plugs, clips and handles are dragged with the mouse. It needs anywidget, which is
+        not a dependency: `pip install wireloom[notebook]`.
+
+        Raises:
+            ImportError: anywidget is not installed.
+            ClosedError: the session is closed.
+        """
+        from ._widget import SessionWidget
+
+        return SessionWidget(self)
 
     def close(self) -> None:
         """Ends the session. Equilibria that it has returned stay."""

@@ -15,6 +15,8 @@ use wireloom::session::Resumed;
 
 /// Bytes that a node takes in `result.json` and in the record for `--resume`, or less.
 const BYTES_KEPT: usize = 350;
+/// Likewise with `fields = "arrow"`.
+const BYTES_APART: usize = 260;
 /// Likewise in the record of an increment for the swept space.
 const BYTES_SWEPT: usize = 24;
 
@@ -97,6 +99,7 @@ fn bytes(loaded: &Loaded) -> u64 {
         built.schedule.steps.iter().map(|step| step.parts.max(1)).sum::<usize>().max(1)
     };
     let series: usize = results::asked(output).map(|format| all * format.bytes_per_node()).sum();
+    let node = if output.asks_for("fields") { BYTES_APART } else { BYTES_KEPT };
     let swept = if output.swept.is_some() { all } else { 0 };
-    (built.network.points * (kept * BYTES_KEPT + series + swept * BYTES_SWEPT)) as u64
+    (built.network.points * (kept * node + series + swept * BYTES_SWEPT)) as u64
 }
