@@ -455,7 +455,6 @@ pub struct EndsElsewhere {
     pub turns: f64,
 }
 
-/// Slips and yields within the section of a branch.
 /// What slips, yields and creeps within the section of a branch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrictionResult {
