@@ -8,10 +8,11 @@ use wireloom_core::Status;
 use wireloom_core::equilibrium::{DrawnStart, EndsElsewhere, OperationResult, Run, SlideResult, StepResult};
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::Step;
-use wireloom_core::{Registry, Vector};
+use wireloom_core::{Monitor, Registry, Section, Vector};
 use wireloom_export::ending::BranchEnd;
 use wireloom_scenario::{At, Constraint, Facing, Scenario};
-use wireloom_solve::Control;
+use wireloom_solve::steps::checkpoint::Observer;
+use wireloom_solve::{Control, Progress};
 
 /// Difference of twist that is another turn, turns.
 const ANOTHER_TURN: f64 = 0.5;
@@ -21,8 +22,14 @@ const NAMES: usize = 6;
 
 /// Compares the end of a run of `scenario` with the equilibrium that the harness reaches under the same constraints
 /// from its drawn lines. `None` where the harness starts along its drawn lines or has none, where there are no steps,
-/// and where the run did not converge. `registry` is the one the scenario was read with.
-pub fn compare_with_drawn_start(scenario: &Scenario, run: &Run, registry: &Registry) -> Option<DrawnStart> {
+/// and where the run did not converge. `registry` is the one the scenario was read with; `monitor` can stop the search
+/// for that equilibrium.
+pub fn compare_with_drawn_start(
+    scenario: &Scenario,
+    run: &Run,
+    registry: &Registry,
+    monitor: &Monitor,
+) -> Option<DrawnStart> {
     let apart = scenario.branches.iter().any(|branch| !branch.own_drawn.is_empty());
     let all = scenario.branches.iter().all(|branch| branch.drawn().len() >= 2);
     let end = run.steps.last().filter(|_| run.status() == Status::Converged)?;
@@ -33,13 +40,26 @@ pub fn compare_with_drawn_start(scenario: &Scenario, run: &Run, registry: &Regis
         let built = from_drawn.build(registry).map_err(|faults| {
             faults.first().map_or_else(|| "it cannot be built".to_owned(), |fault| fault.message.clone())
         })?;
-        let other = crate::run(built, &mut |_, _| Control::Continue);
+        let other = crate::run_observed(built, None, &mut Monitored(monitor));
         match (other.status(), other.steps.into_iter().next_back()) {
             (Status::Converged, Some(other)) => Ok(compare(end, &other)),
             (status, _) => Err(format!("that equilibrium was not found ({})", status.word())),
         }
     });
     Some(compared.unwrap_or_else(|why| DrawnStart { not_compared: Some(why), ..DrawnStart::default() }))
+}
+
+/// Does nothing but stop where the monitor is told to.
+struct Monitored<'a>(&'a Monitor);
+
+impl Observer for Monitored<'_> {
+    fn increment(&mut self, _: &Progress, _: &StepResult, _: bool) -> Control {
+        Control::Continue
+    }
+
+    fn monitor(&self) -> Monitor {
+        self.0.clone()
+    }
 }
 
 /// The harness at the end of a run as a scenario of one equilibrium that starts along the drawn lines; why it cannot be
@@ -52,10 +72,7 @@ fn from_drawn(scenario: &Scenario, run: &Run, end: &StepResult) -> Result<Scenar
         (any(|step| !step.obstacle_moves.is_empty()), "obstacles move"),
         (any(|step| !step.temperatures.is_empty()), "temperatures change"),
         (any(|step| step.angular_velocity.is_some()), "the axes begin to rotate"),
-        (
-            scenario.sections.iter().any(|section| !section.friction.is_empty() || section.set.is_some()),
-            "sections keep a set from the way there",
-        ),
+        (scenario.sections.iter().any(Section::remembers), "sections keep a set from the way there"),
     ];
     if let Some((_, why)) = reasons.into_iter().find(|(applies, _)| *applies) {
         return Err(why.to_owned());

@@ -122,7 +122,7 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
     run.notes.extend(wireloom::plugins::notes());
     let Watcher { bar, extremes, mut results, swept, keeper, page, failure, .. } = watcher;
     bar.say("comparing with the drawn start");
-    run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry);
+    run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry, interrupt::monitor());
     bar.say("writing the results");
     let (mut failure, mut surface) = (failure, None);
     if let Some(swept) = swept.as_ref().filter(|_| failure.is_none()) {
