@@ -80,10 +80,9 @@ fn a_cantilever_with_a_curve_is_that_of_its_differential_equation() {
     let exact = Vector::new(x, 0.0, z);
     assert!(z > 0.2, "{z}");
     let errors = [20, 40, 80].map(|segments| (tip(&section, segments, [0.0, 0.0, 0.05]) - exact).norm());
-    for pair in errors.windows(2) {
-        assert!((3.4..5.0).contains(&(pair[0] / pair[1])), "{errors:?}");
-    }
-    assert!(errors[2] < 1e-4, "{errors:?}");
+    // From mesh to mesh by 2 to 6, as the kinks of the slope pass the couplings; over both steps by 16.
+    assert!((10.0..25.0).contains(&(errors[0] / errors[2])), "{errors:?}");
+    assert!(errors[2] < 2e-5, "{errors:?}");
 }
 
 /// With a table of points on a line the curve is linear, and everything is as with that stiffness (on the grid of
@@ -125,10 +124,11 @@ fn an_axial_law_keeps_the_fourth_order() {
 }
 
 /// A strap between two hands that come together is slack: it hangs as a heavy cable does, with its weight at its ends;
-/// pulled apart again it is as taut as before.
+/// pulled apart again it is as taut as before. (A slack cable that is stiff in bending pushes its ends apart.)
 #[test]
 fn a_strap_goes_slack_and_taut_again() {
-    let strap = with("axial_stiffness = 1e4\n", "axial_stiffness = 1e4\ncompression_stiffness = 10\n");
+    let limp = section("cable").replace("bending_stiffness = 0.01", "bending_stiffness = 1e-4");
+    let strap = limp.replace("axial_stiffness = 1e4\n", "axial_stiffness = 1e4\ncompression_stiffness = 10\n");
     let ways = [("slack", 0.5), ("taut", 1.002), ("slack again", 0.5), ("taut again", 1.002)];
     let ways = ways.map(|(name, x)| {
         format!(
@@ -139,13 +139,13 @@ fn a_strap_goes_slack_and_taut_again() {
     let text = |section: &str| {
         hanging("strap", 40, &ways.concat()).replace(&wireloom_tests::cables::section("cable"), section)
     };
-    let (run, plain) = (converged(&text(&strap)), converged(&text(&section("cable"))));
+    let (run, plain) = (converged(&text(&strap)), converged(&text(&limp)));
     let pull = |run: &Run, step: usize| run.steps[step].constraints[1].force;
     for slack in [0, 2] {
         // Its weight is shared by both ends, and is 0.4905 N; where it hangs it is pulled, not pushed.
         assert!((pull(&run, slack).z - 0.25 * 9.81 * 0.1).abs() < 1e-6, "{:?}", pull(&run, slack));
         let apart = (pull(&run, slack) - pull(&plain, slack)).norm();
-        assert!(apart < 2e-3, "{:?} instead of {:?}", pull(&run, slack), pull(&plain, slack));
+        assert!(apart < 1e-4, "{:?} instead of {:?}", pull(&run, slack), pull(&plain, slack));
     }
     for taut in [1, 3] {
         // 20 N, less half of 1e-4 EA: it becomes taut over that strain; bending and weight are small beside it.
@@ -159,8 +159,8 @@ fn a_strap_goes_slack_and_taut_again() {
 fn strain_is_that_of_the_law() {
     let law = "axial_curve = [[0.01, 1], [0.02, 3], [0.03, 8]]\nshear_stiffness = 100\n";
     let section = with("axial_stiffness = 1e4\n", law);
-    let rest = "[[loads]]\nname = \"pull\"\nat = { end = \"B\" }\nforce = [3, 0, 0]\n[[requirements]]\nname = \"strain\"\n\
-                quantity = \"strain\"\nof = { branch = \"cable\" }\nmax = 0.05\n";
+    let rest = "[[loads]]\nname = \"pull\"\nat = { end = \"B\" }\nforce = [3, 0, 0]\n[[requirements]]\n\
+                name = \"strain\"\nquantity = \"strain\"\nof = { branch = \"cable\" }\nmax = 0.05\n";
     let cable = branch("cable", ["A", "B"], "cable", 0.6, 12);
     let text = [STEM, &section, &cable, &connector("wall", "A", [0.0; 3]), rest].concat();
     let run = converged(&text);
@@ -201,8 +201,8 @@ fn a_hanging_cable_creeps_to_its_lasting_shape() {
 fn energy_of_creep_is_dissipated_and_never_gained() {
     let creep = "creep = { bending = [{ stiffness = 0.02, time = \"10 min\" }, { stiffness = 0.01, time = \"2 h\" }], \
                  torsion = [{ stiffness = 0.01, time = 60 }] }\n";
-    let way = "[output]\nincrements = true\n[[steps]]\nname = \"move\"\nincrements = 4\nduration = 20\n[[steps.move]]\n\
-               constraint = \"plug-B\"\nposition = [0.3, 0.2, 0.1]\nturns = 0.2\n[[steps]]\nname = \"hold\"\nwait = true\n\
+    let way = "[output]\nincrements = true\n[[steps]]\nname = \"move\"\nincrements = 4\nduration = 20\n\
+               [[steps.move]]\nconstraint = \"plug-B\"\nposition = [0.3, 0.2, 0.1]\nturns = 0.2\n[[steps]]\nname = \"hold\"\nwait = true\n\
                increments = 3\nduration = \"1 h\"\n[[steps]]\nname = \"off\"\nincrements = 4\nrelease = [\"plug-B\"]\n\
                duration = \"1 s\"\n";
     let text = hanging("creeps", 30, way).replace(&section("cable"), &format!("{}{creep}", section("cable")));
