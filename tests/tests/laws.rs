@@ -202,8 +202,9 @@ fn energy_of_creep_is_dissipated_and_never_gained() {
     let creep = "creep = { bending = [{ stiffness = 0.02, time = \"10 min\" }, { stiffness = 0.01, time = \"2 h\" }], \
                  torsion = [{ stiffness = 0.01, time = 60 }] }\n";
     let way = "[output]\nincrements = true\n[[steps]]\nname = \"move\"\nincrements = 4\nduration = 20\n\
-               [[steps.move]]\nconstraint = \"plug-B\"\nposition = [0.3, 0.2, 0.1]\nturns = 0.2\n[[steps]]\nname = \"hold\"\nwait = true\n\
-               increments = 3\nduration = \"1 h\"\n[[steps]]\nname = \"off\"\nincrements = 4\nrelease = [\"plug-B\"]\n\
+               [[steps.move]]\nconstraint = \"plug-B\"\nposition = [0.3, 0.2, 0.1]\nturns = 0.2\n\
+               [[steps]]\nname = \"hold\"\nwait = true\nincrements = 3\nduration = \"1 h\"\n\
+               [[steps]]\nname = \"off\"\nincrements = 4\nrelease = [\"plug-B\"]\n\
                duration = \"1 s\"\n";
     let text = hanging("creeps", 30, way).replace(&section("cable"), &format!("{}{creep}", section("cable")));
     let run = converged(&text);

@@ -31,8 +31,9 @@ pub struct RodLaw {
     /// Friction. The memory of each coupling holds p of each element: two numbers (about d1, d2) in bending, then one
     /// in torsion, 1/m.
     pub friction: SectionFriction,
-    /// Curves and creep; what yields stands with friction. In the memory of each coupling, behind that of friction, stand for creep the curvature at the
-    /// end of the last increment (two numbers) and that of each dashpot in bending, and the same in torsion.
+    /// Curves and creep; what yields stands with friction. In the memory of each coupling, behind that of friction,
+    /// stand for creep the curvature at the end of the last increment (two numbers) and that of each dashpot in
+    /// bending, and the same in torsion.
     pub laws: SectionLaws,
 }
 

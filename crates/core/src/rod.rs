@@ -413,8 +413,8 @@ pub trait RodSegment: Send + Sync {
         0.0
     }
 
-    /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame), which acts
-    /// at once, 1/m; `None` where [`Section::bend_diagonal`] tells it.
+    /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame), which
+    /// acts at once, 1/m; `None` where [`Section::bend_diagonal`] tells it.
     fn curvature_under(&self, _moment: &Vector, _memory: &[f64]) -> Option<Vector> {
         None
     }

@@ -197,7 +197,8 @@ fn creep(entry: &Entry<'_>) -> SectionCreep {
     SectionCreep { bending, torsion }
 }
 
-/// The parts of the bending and of the torsion stiffness that yield: `C (1 − h)`, at the moment that it has at the limit.
+/// The parts of the bending and of the torsion stiffness that yield: `C (1 − h)`, at the moment that they have at the
+/// limit.
 fn set(entry: &Entry<'_>, section: &Section) -> [Option<FrictionElement>; 2] {
     let yielding = |[limit, hardening]: [&str; 2], stiffness: f64| {
         let (at, beyond) = (entry.number(limit), entry.number(hardening));
