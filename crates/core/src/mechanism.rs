@@ -123,7 +123,8 @@ impl Twist {
 }
 
 impl MechanismJoint {
-    /// `M(q)`: motion of the second body relative to the first, in drawn coordinates. The identity as drawn, to the bit.
+    /// `M(q)`: motion of the second body relative to the first, in drawn coordinates. As drawn the identity, to the
+    /// bit.
     pub fn motion(&self, q: &[f64]) -> Pose {
         let about = |axis: &Unit<Vector>, angle: f64| self.about_origin(Rotation::from_axis_angle(axis, angle));
         let along = |way: Vector| Pose { position: way, ..Pose::identity() };

@@ -38,8 +38,8 @@ struct Parts {
     shapes: Vec<LinkShape>,
 }
 
-/// A mechanism; its bodies and joints get their names. Nothing if it is faulty. Returns the shapes of its links that are
-/// obstacles; `lengths`: length of all cables together, m.
+/// A mechanism; its bodies and joints get their names. Nothing if it is faulty. Returns the shapes of its links that
+/// are obstacles; `lengths`: length of all cables together, m.
 pub(crate) fn mechanism<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a>) -> Vec<Body> {
     let before = entry.reader.fault_count();
     let index = names.mechanisms.len();
@@ -256,8 +256,8 @@ fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<Vec<[f64; 2]>> {
         .collect();
     if freedoms == 0 || lists.len() != freedoms || lists.len() != given.len() {
         let message = format!("`limits` of {} are not those of {freedoms} freedoms", entry.label);
-        let help = "give a list with a smallest and a largest value for each freedom, such as [[\"-90 deg\", \"90 deg\"], \
-                    [\"0 mm\", \"50 mm\"]], with [] where there are none";
+        let help = "give a list with a smallest and a largest value for each freedom, such as \
+                    [[\"-90 deg\", \"90 deg\"], [\"0 mm\", \"50 mm\"]], with [] where there are none";
         entry.fault_at("limits", message, if freedoms == 0 { "leave them out" } else { help });
         return None;
     }
