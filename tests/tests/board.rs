@@ -28,7 +28,7 @@ fn main() {
         let file = root().join(format!("scenarios/{name}.toml"));
         Trial::test(format!("{name}: a board at rest"), move || at_rest(&file))
     });
-    let others: [(&str, fn() -> Result<(), Failed>); 5] = [
+    let others: [(&str, Check); 5] = [
         ("small.kbl: a board at rest", || at_rest(&root().join("crates/import/tests/small.kbl"))),
         ("a loop is cut open, and told", loops),
         ("a short board has bends, and its harness is at rest", bends),
@@ -38,6 +38,9 @@ fn main() {
     let others = others.into_iter().map(|(name, check)| Trial::test(name, check));
     libtest_mimic::run(&Arguments::from_args(), real.chain(made).chain(others).collect()).exit();
 }
+
+/// A test.
+type Check = fn() -> Result<(), Failed>;
 
 fn ensure(holds: bool, what: impl FnOnce() -> String) -> Result<(), Failed> {
     if holds { Ok(()) } else { Err(what().into()) }
@@ -64,7 +67,7 @@ fn forces(text: &str) -> Result<Vec<(String, f64)>, Failed> {
 }
 
 /// Everything about a board that has no bends: four files, the same bytes twice, lengths, pegs that bear weight alone.
-fn at_rest(file: &PathBuf) -> Result<(), Failed> {
+fn at_rest(file: &Path) -> Result<(), Failed> {
     let place = Place::new("");
     let name = file.to_str().ok_or("a path of UTF-8")?;
     let (ended, took) = lay(&place, name, &[]);

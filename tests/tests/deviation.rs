@@ -1,6 +1,7 @@
 //! Deviation of computed shapes from drawn ones: against the sag of beams in closed form, with the reason, and beside
 //! the equilibrium from the drawn start.
 
+use wireloom::parts::Monitor;
 use wireloom::result::{Deviation, DeviationCause};
 use wireloom::{Run, Status};
 use wireloom_tests::cables::{branch, connector, run, section};
@@ -133,7 +134,7 @@ fn carried(turns: f64) -> (String, Run) {
         .unwrap_or_else(|faults| panic!("{}", wireloom::scenario::render(&text, &faults)));
     let mut run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
     assert_eq!(run.status(), Status::Converged);
-    run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry);
+    run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry, &Monitor::default());
     (text, run)
 }
 

@@ -128,7 +128,7 @@ impl MechanismJoint {
     pub fn motion(&self, q: &[f64]) -> Pose {
         let about = |axis: &Unit<Vector>, angle: f64| self.about_origin(Rotation::from_axis_angle(axis, angle));
         let along = |way: Vector| Pose { position: way, ..Pose::identity() };
-        let d = self.from_drawn(q);
+        let d = self.beyond_drawn(q);
         match &self.kind {
             JointKind::Fixed => Pose::identity(),
             JointKind::Revolute(axis) => about(axis, d[0]),
@@ -151,7 +151,7 @@ impl MechanismJoint {
     }
 
     /// The values less those as drawn.
-    fn from_drawn(&self, q: &[f64]) -> Vec<f64> {
+    fn beyond_drawn(&self, q: &[f64]) -> Vec<f64> {
         q.iter().zip(&self.drawn).map(|(q, drawn)| q - drawn).collect()
     }
 
@@ -167,7 +167,7 @@ impl MechanismJoint {
     fn twists(&self, q: &[f64]) -> Vec<Twist> {
         let turn = |axis: Vector| Twist { turn: axis, point: self.origin, slide: Vector::zeros() };
         let slide = |axis: Vector| Twist { turn: Vector::zeros(), point: self.origin, slide: axis };
-        let d = self.from_drawn(q);
+        let d = self.beyond_drawn(q);
         match &self.kind {
             JointKind::Fixed => Vec::new(),
             JointKind::Revolute(axis) => vec![turn(**axis)],

@@ -28,11 +28,11 @@ fn harness() -> Harness {
         arms[k + 1].push(Arm { branch: harness.branches.len(), orientation: along(1.0, 0.0) });
         harness.branches.push(branch(format!("trunk-{k}"), [k, k + 1], 0.7311 + 0.01 * k as f64, 0.02));
     }
-    for k in 1..4 {
+    for (k, own) in arms.iter_mut().enumerate().take(4).skip(1) {
         for (side, y) in [("links", 1.0), ("rechts", -1.0)] {
             let end = harness.vertices.len();
             harness.vertices.push(vertex(format!("{side} {k}"), Some("Stecker für Tür")));
-            arms[k].push(Arm { branch: harness.branches.len(), orientation: along(0.2, y) });
+            own.push(Arm { branch: harness.branches.len(), orientation: along(0.2, y) });
             harness.branches.push(branch(format!("{side}-{k}"), [k, end], 0.3 + 0.05 * k as f64, 0.006));
         }
     }

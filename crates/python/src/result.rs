@@ -42,6 +42,9 @@ impl Step {
 /// Names of joints of a mechanism, each with the values of its freedoms, rad and m.
 type JointValues = Vec<(String, Vec<f64>)>;
 
+/// The word of a cause, and its sentence.
+type Cause = (&'static str, String);
+
 #[pymethods]
 impl Step {
     #[getter]
@@ -187,7 +190,7 @@ impl Branch {
     }
 
     /// Deviation from the drawn line: median, largest (m), its arc length (m), the word of its cause and the sentence.
-    fn deviation(&self) -> Option<(f64, f64, f64, Option<(&'static str, String)>)> {
+    fn deviation(&self) -> Option<(f64, f64, f64, Option<Cause>)> {
         let own = self.get().deviation.as_ref()?;
         Some((own.median, own.max, own.s, own.cause.as_ref().map(|cause| (cause.word(), cause.to_string()))))
     }

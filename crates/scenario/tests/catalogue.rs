@@ -171,7 +171,8 @@ fn parts_that_no_entry_has_are_listed_and_doubled_ones_refused_with_both_places(
     assert_eq!(scenario.unmatched, ["2K0 1"]);
 
     let doubled = parse_with_files(&text.replace("parts.toml", "doubled.toml"), &Mine, &common::registry());
-    let doubled = render("", &doubled.err().expect("refused"));
+    let Err(doubled) = doubled else { panic!("not refused") };
+    let doubled = render("", &doubled);
     assert!(
         doubled.contains(
             "the part number \"8K0971824\" is given twice: doubled.toml:2:10 (\"a\") and doubled.toml:4:10 (\"b\")"

@@ -105,7 +105,7 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
         extremes: standing.extremes,
         results: Results::new(
             folder,
-            scenario.output.clone(),
+            scenario.output,
             texts,
             provenance,
             results::surroundings(&built),

@@ -19,6 +19,7 @@ pub struct Stretched<'s> {
     geometry: Geometry<'s>,
 }
 
+#[expect(clippy::large_enum_variant, reason = "one at a time is used, and none is kept")]
 enum Geometry<'s> {
     Plain(StretchShear),
     /// Beside a station, with its index in [`wireloom_core::rod::Mesh::beside`].

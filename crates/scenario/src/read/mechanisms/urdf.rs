@@ -341,7 +341,7 @@ fn turned(kind: &JointKind, by: &Rotation) -> JointKind {
         JointKind::Prismatic(axis) => JointKind::Prismatic(by * axis),
         JointKind::Planar([first, second]) => JointKind::Planar([by * first, by * second]),
         JointKind::Floating(axes) => JointKind::Floating(by * axes),
-        other => other.clone(),
+        other => *other,
     }
 }
 
