@@ -5,3 +5,4 @@ pub(crate) mod apply;
 mod key_path;
 pub mod number;
 pub mod record;
+pub mod structure;

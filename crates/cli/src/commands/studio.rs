@@ -2,6 +2,7 @@
 
 mod memory;
 mod redirect;
+mod storage;
 
 use crate::arguments::{Allowed, StudioArguments};
 use crate::failure::{Failure, Outcome};
@@ -23,6 +24,7 @@ use std::io::{self, Write};
 use std::net::{IpAddr, TcpListener, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use storage::FileStorage;
 use wireloom::export::json;
 use wireloom::export::json::Provenance;
 use wireloom_studio::exports::{self, ExportInfo};
@@ -177,7 +179,8 @@ fn session(
 ) -> Result<Site, Failure> {
     let path = &arguments.what;
     let text = load::text(path)?;
-    let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone() };
+    let storage = FileStorage::new(path, &text);
+    let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone(), storage };
     let studio = opener.open(&text, false)?;
     let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
     let desk = AtHand { opener, memory: memory.map(Mutex::new) };
@@ -189,6 +192,7 @@ fn session(
 struct Opener {
     path: PathBuf,
     allowed: Allowed,
+    storage: FileStorage,
 }
 
 impl Opener {
@@ -199,10 +203,11 @@ impl Opener {
         load_plugins(&self.path, text, &trust, &mut registry)?;
         let opened = SessionInput {
             text: text.to_owned(),
-            name: self.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            name: self.storage.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
             files: Box::new(Beside::of(&self.path)),
             registry,
             unsaved,
+            storage: Some(Box::new(self.storage.clone())),
         };
         wireloom_studio::open(opened)
             .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))
@@ -213,6 +218,18 @@ impl Opener {
         let loaded = load::scenario_of(&self.path, text.to_owned(), &[], &Trust::to_run(&self.allowed)).ok()?;
         Some((loaded.provenance(), loaded.texts))
     }
+}
+
+/// The state of the scenario's file, if that has another path since it was saved under another name.
+fn follow(memory: &mut Memory, path: &Path) -> io::Result<()> {
+    if path.canonicalize()? == memory.remembered().scenario {
+        return Ok(());
+    }
+    if let Some(other) = Memory::of(path)? {
+        memory.change(|known| known.draft = None)?;
+        *memory = other;
+    }
+    Ok(())
 }
 
 /// Services for the server: drafts, sessions, exports.
@@ -227,6 +244,10 @@ impl Backend for AtHand {
         let Some(memory) = &self.memory else { return };
         let draft = draft.map(|text| Draft { text: text.to_owned(), written: now() });
         let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Err(error) = follow(&mut memory, &self.opener.storage.path()) {
+            let failure = Failure::Io { what: "cannot keep drafts of the new file".to_owned(), source: error };
+            diagnostics::show(&failure, &mut io::stderr());
+        }
         if let Err(error) = memory.change(|known| known.draft = draft) {
             let failure = Failure::Io { what: "cannot keep the draft".to_owned(), source: error };
             diagnostics::show(&failure, &mut io::stderr());
@@ -235,6 +256,10 @@ impl Backend for AtHand {
 
     fn open(&self, draft: &str) -> Result<Studio, String> {
         self.opener.open(draft, true).map_err(|failure| failure.to_string())
+    }
+
+    fn changed_outside(&self) -> Option<String> {
+        self.opener.storage.changed_outside()
     }
 
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>> {

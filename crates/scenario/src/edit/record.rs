@@ -231,7 +231,7 @@ fn put(text: &str, key: &str, value: &Value, registry: &Registry) -> Result<Stri
     Ok(document.to_string())
 }
 
-fn document(text: &str) -> Result<DocumentMut, Fault> {
+pub(super) fn document(text: &str) -> Result<DocumentMut, Fault> {
     text.parse::<DocumentMut>().map_err(|error| Fault {
         span: error.span().unwrap_or(text.len()..text.len()),
         message: format!("this is not TOML: {}", error.message()),
@@ -325,7 +325,7 @@ fn write_way(way: &Way, step: &mut Table) {
     push(step, &CARRY, own);
 }
 
-fn inline<const N: usize>(entries: [(&str, Value); N]) -> InlineTable {
+pub(super) fn inline<const N: usize>(entries: [(&str, Value); N]) -> InlineTable {
     entries.into_iter().collect()
 }
 
@@ -334,7 +334,7 @@ fn list(numbers: &[f64]) -> Value {
 }
 
 /// A number; an integer without a decimal point.
-fn number(x: f64) -> Value {
+pub(super) fn number(x: f64) -> Value {
     if x == x.trunc() && x.abs() < 1e6 && !(x == 0.0 && x.is_sign_negative()) {
         return Value::Integer(Formatted::new(x as i64));
     }
@@ -366,7 +366,7 @@ fn written(value: &wireloom_core::Value) -> Value {
 }
 
 /// A value of TOML; `None` for null, which TOML does not have, and for too large whole numbers.
-fn of_json(value: &serde_json::Value) -> Option<Value> {
+pub(super) fn of_json(value: &serde_json::Value) -> Option<Value> {
     use serde_json::Value as Json;
     Some(match value {
         Json::Null => return None,
@@ -483,12 +483,12 @@ impl Put<'_> {
 }
 
 /// Name of an entry of a list.
-fn name_of(table: &dyn toml_edit::TableLike) -> Option<String> {
+pub(super) fn name_of(table: &dyn toml_edit::TableLike) -> Option<String> {
     NAMES.iter().find_map(|key| Some(table.get(key)?.as_str()?.to_owned()))
 }
 
 /// Index of the entry with this name or number.
-fn entry_of(names: &[Option<String>], name: &str) -> Option<usize> {
+pub(super) fn entry_of(names: &[Option<String>], name: &str) -> Option<usize> {
     let named = names.iter().position(|own| own.as_deref() == Some(name));
     named.or_else(|| name.parse().ok().filter(|k| *k < names.len()))
 }
