@@ -34,7 +34,7 @@ use std::sync::Arc;
 use wireloom::harness::Obstacle;
 use wireloom::result::{Moment, RequirementResult};
 use wireloom::scenario::adjust::adjustable;
-use wireloom::scenario::record::{Written, with_value};
+use wireloom::scenario::record::with_value;
 use wireloom::scenario::{Fault, Files};
 use wireloom::session::{Checkpoint, DrivenHarness, Monitor, Refusal};
 use wireloom::{Registry, Status, StepResult};

@@ -134,15 +134,15 @@ impl Session {
 
     fn document(&self) -> Document {
         let (version, text) = &self.document;
-        let kind = |(name, doc): (&str, &str)| (name.to_owned(), doc.to_owned());
-        let own = self.known.registry.constraints().map(|own| (own.name.as_str(), own.doc.as_str()));
+        let own = self.known.registry.constraints().map(|own| (own.name.clone(), own.doc.clone()));
+        let shipped = shipped_fixings().map(|(name, doc)| (name.to_owned(), doc.to_owned()));
         Document {
             version: *version,
             name: self.name.clone(),
             can_store: self.storage.is_some(),
             text: text.clone(),
             entries: structure::as_json(text).unwrap_or(Json::Null),
-            constraint_kinds: own.chain(shipped_fixings()).map(kind).collect(),
+            constraint_kinds: own.chain(shipped).collect(),
             quantities: structure::required_quantities().iter().map(|word| (*word).to_owned()).collect(),
         }
     }

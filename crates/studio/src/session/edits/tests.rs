@@ -16,7 +16,9 @@ fn as_run(session: &mut Session) -> String {
     let text = session.text().expect("a text");
     let ends = ends(&text);
     let shown = last(session);
-    assert_eq!(session.now.frames(), 1 + ends.len(), "{text}");
+    // Without steps, the start is all there is.
+    let frames = if session.now.harness.schedule.steps.is_empty() { 1 } else { 1 + ends.len() };
+    assert_eq!(session.now.frames(), frames, "{text}");
     assert!(apart(&shown, &ends[ends.len() - 1]) < ALIKE, "{text}");
     text
 }
@@ -134,7 +136,7 @@ fn a_text_that_differs_in_a_later_step_is_carried_out_from_there() {
     assert!(!session.has_work() && session.scene().run == run);
     // Without its last step, and with another length: from the start.
     let base = session.changed_document().expect("another text").version;
-    session.handle(1, apply(&text.replace("length = \"600 mm\"", "length = \"610 mm\""), base));
+    session.handle(1, apply(&text.replace("length = \"400 mm\"", "length = \"410 mm\""), base));
     assert!(session.take_changes().said.is_empty() && session.scene().run > run);
     work(&mut session);
     as_run(&mut session);
@@ -206,13 +208,13 @@ fn the_text_is_stored_in_its_file_and_read_anew() {
     let store = |name: Option<&str>, replace| Request::Store { name: name.map(str::to_owned), replace };
     assert_eq!(ask(&mut session, store(None, false)), [Notice::Stored { name: "y.toml".into() }]);
     assert!(!session.unsaved() && file.lock().expect("there").0.contains("420 mm"));
-    *file.lock().expect("there") = (Y.replace("600 mm", "590 mm"), true);
+    *file.lock().expect("there") = (Y.replace("400 mm", "390 mm"), true);
     edit(&mut session, Edit::Put { key: "branches.left.length".into(), value: json!("430 mm") });
     let conflict = [Notice::Conflict { name: "y.toml".into(), own: true }];
     assert_eq!(ask(&mut session, store(None, false)), conflict);
     assert!(session.unsaved());
     done(&mut session, Request::Reload);
-    assert_eq!(session.text(), Ok(Y.replace("600 mm", "590 mm")));
+    assert_eq!(session.text(), Ok(Y.replace("400 mm", "390 mm")));
     assert!(!session.unsaved());
     assert_eq!(session.undo_labels()[0].as_deref(), Some("load y.toml anew"));
     done(&mut session, Request::Undo);
