@@ -1,5 +1,6 @@
 //! `wireloom studio`: a session in the browser, or a finished run in it.
 
+mod fence;
 mod memory;
 mod redirect;
 mod storage;
@@ -8,7 +9,7 @@ use crate::arguments::{Allowed, StudioArguments};
 use crate::failure::{Failure, Outcome};
 use crate::files::envelope;
 use crate::files::folder;
-use crate::files::load::{self, Beside};
+use crate::files::load;
 use crate::files::own::{ANEW, Own};
 use crate::files::page::SCENE;
 use crate::files::place::Place;
@@ -18,6 +19,7 @@ use crate::plugin::load::load as load_plugins;
 use crate::plugin::trust::Trust;
 use crate::print::diagnostics;
 use crate::program::{PROGRAM, machine, now};
+use fence::Fence;
 use memory::{Draft, Memory, Remembered};
 use redirect::Redirect;
 use std::io::{self, Write};
@@ -201,16 +203,19 @@ impl Opener {
         let trust = Trust::to_run(&self.allowed);
         let mut registry = trust.registry();
         load_plugins(&self.path, text, &trust, &mut registry)?;
+        let files = Fence::of(&self.path);
         let opened = SessionInput {
             text: text.to_owned(),
             name: self.storage.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            files: Box::new(Beside::of(&self.path)),
+            files: Box::new(files.clone()),
             registry,
             unsaved,
             storage: Some(Box::new(self.storage.clone())),
         };
-        wireloom_studio::open(opened)
-            .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))
+        let studio = wireloom_studio::open(opened)
+            .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))?;
+        files.close();
+        Ok(studio)
     }
 
     /// Provenance of the results of a text; and all texts.

@@ -135,7 +135,7 @@ impl Session {
     fn document(&self) -> Document {
         let (version, text) = &self.document;
         let own = self.known.registry.constraints().map(|own| (own.name.clone(), own.doc.clone()));
-        let shipped = shipped_fixings().map(|(name, doc)| (name.to_owned(), doc.to_owned()));
+        let shipped = shipped_fixings(&self.known.registry);
         Document {
             version: *version,
             name: self.name.clone(),

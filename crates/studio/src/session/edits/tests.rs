@@ -182,7 +182,7 @@ impl Storage for Memory {
         Ok(name.unwrap_or("y.toml").to_owned())
     }
 
-    fn reload(&mut self) -> Result<String, wireloom::session::Refusal> {
+    fn reload(&mut self) -> Result<String, Refusal> {
         let mut file = self.0.lock().expect("not poisoned");
         file.1 = false;
         Ok(file.0.clone())
