@@ -17,7 +17,7 @@ import type { Store } from "./store";
 /** Between the last key and the check, ms. */
 const PAUSE = 250;
 /** Largest text that is sent: the limit of the server, in characters of at most three bytes. */
-const MOST = 4 * 1024 * 1024;
+export const MOST = 4 * 1024 * 1024;
 
 /** Marks changes that come from the session. */
 const remote = Annotation.define<boolean>();
@@ -123,7 +123,13 @@ export class TextPane {
     this.view.focus();
   }
 
-  /** Shows a line, from 1. */
+  /** Another text in place of this one, not applied yet: it is checked, and can be undone like anything typed. */
+  propose(text: string): void {
+    const change = difference(this.text, text);
+    if (change.from !== change.to || change.insert) this.view.dispatch({ changes: change });
+  }
+
+  /** Shows a place, in characters from the beginning. */
   goTo(from: number): void {
     const at = Math.min(from, this.view.state.doc.length);
     this.view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
@@ -155,7 +161,7 @@ export class TextPane {
         StreamLanguage.define(toml),
         syntaxHighlighting(colours),
         theme,
-        EditorView.contentAttributes.of({ "aria-label": "Text of the scenario, TOML. Escape, then Tab leaves it." }),
+        EditorView.contentAttributes.of({ tabindex: "0", "aria-label": "Text of the scenario, TOML. Escape, then Tab leaves it." }),
         keymap.of([{ key: "Mod-Enter", run: () => (this.send(), true), preventDefault: true }, indentWithTab, ...searchKeymap, ...historyKeymap, ...defaultKeymap]),
         EditorView.updateListener.of((update) => {
           if (!update.docChanged) return;

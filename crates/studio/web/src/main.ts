@@ -6,7 +6,7 @@ import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } f
 import { difference, type Ghost } from "./compare";
 import { byId, download, element, later } from "./dom";
 import { along, decode, firstNodes, valueAt, type Frame } from "./frame";
-import { TextPane } from "./editor";
+import { MOST, TextPane } from "./editor";
 import { Envelope, type Choice } from "./envelope";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
@@ -714,6 +714,37 @@ for (const axis of ["x", "y", "z"] as const) click(`axis-${axis}`, () => toggleA
 click("labels-on", toggleLabels);
 byId("arrows").addEventListener("input", arrows);
 byId("arrows-on").addEventListener("change", arrows);
+
+// Files that are dropped on the page
+
+/** A scenario becomes the text, not applied yet; of another file it is told how it comes into one. */
+async function takeFile(file: File): Promise<void> {
+  const says = (words: string) => tell(`${file.name}: ${words}`);
+  if (!live()) return says("this is a finished run; open the scenario with “wireloom studio” to change it.");
+  if (/\.(stl|obj|gltf|glb)$/i.test(file.name)) return says("put it into the folder of the scenario, and name it as mesh = \"…\" of an obstacle.");
+  if (/\.(kbl|xml|step|stp)$/i.test(file.name)) return says("make a scenario of it with “wireloom import”, and drop that here.");
+  if (!/\.toml$/i.test(file.name)) return says("a scenario is wanted, a file that ends in .toml.");
+  if (file.size > MOST) return says(`it has ${file.size} bytes; at most ${MOST} can be edited here.`);
+  let text: string;
+  try {
+    text = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer());
+  } catch {
+    return says("it is no UTF-8 text.");
+  }
+  showText(true);
+  textPane.propose(text);
+  says("it stands in the text, and is checked; Apply carries it out.");
+}
+
+document.addEventListener("dragover", (event) => {
+  if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
+});
+document.addEventListener("drop", (event) => {
+  const files = event.dataTransfer?.files;
+  if (!files?.length) return;
+  event.preventDefault();
+  for (const file of files) void takeFile(file);
+});
 
 /** For tests: what the page knows and where things are on the screen. */
 declare global {

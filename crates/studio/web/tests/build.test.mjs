@@ -145,7 +145,7 @@ test("every form changes the text as a person would, is undone by name, and is w
   await choosePoint(page, "tap 2", 0.5);
   await changing(page, () => press(page, "Delete branch"));
   await runs(page, "deleted");
-  assert.doesNotMatch(await sessionText(page), /tap 2|tap joint/);
+  assert.doesNotMatch(await sessionText(page), /tap 2|name = "tap joint"/, "its joint is an end again");
 
   for (const shape of ["box", "sphere", "cylinder"]) {
     const added = await changing(page, () => press(page, `Add ${shape}`));
@@ -280,6 +280,45 @@ test("what was not applied is offered after a reload of the page", { skip: absen
   await quiet(page);
   await page.keyboard.press("t");
   assert.equal(await page.locator("#text-restore").count(), 0, "it was applied");
+  assert.deepEqual(found, []);
+  await page.close();
+  assert.equal(await stop(), 0);
+});
+
+test("a scenario that is dropped becomes the text; what cannot is told", { skip: absent }, async () => {
+  const { address, stop } = await studio(scenario("branches/y_cosserat.toml"));
+  const { page, found } = await open(browser, address);
+  const drop = (name, bytes) =>
+    page.evaluate(
+      ([name, bytes]) => {
+        const transfer = new DataTransfer();
+        transfer.items.add(new File([typeof bytes === "number" ? new Uint8Array(bytes) : typeof bytes === "string" ? bytes : new Uint8Array(bytes)], name));
+        document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+      },
+      [name, bytes],
+    );
+  const said = (words) => page.locator("#messages", { hasText: words }).waitFor();
+  const before = await sessionText(page);
+  await drop("a.kbl", "<kbl/>");
+  await said("wireloom import");
+  await drop("a.stl", "solid");
+  await said("mesh =");
+  await drop("a.png", "x");
+  await said("a file that ends in .toml");
+  await drop("a.toml", [0xff, 0xfe, 0x41]);
+  await said("no UTF-8 text");
+  await drop("huge.toml", 5 * 1024 * 1024);
+  await said("at most 4194304");
+  assert.equal(await page.locator("#text").count(), 0);
+  await drop("broken.toml", "schema = 1\nname = ");
+  await page.locator("#text-faults li").first().waitFor();
+  assert.match(await page.locator("#text-faults li").first().innerText(), /^2:/);
+  assert.equal(await sessionText(page), before);
+  const other = before.replace(/name = "[^"]*"/, 'name = "dropped"');
+  await drop("other.toml", other);
+  await changing(page, () => page.locator("#text-apply").click());
+  assert.equal(await sessionText(page), other);
+  await page.waitForFunction(() => document.getElementById("name").textContent === "dropped");
   assert.deepEqual(found, []);
   await page.close();
   assert.equal(await stop(), 0);

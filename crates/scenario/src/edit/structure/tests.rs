@@ -93,6 +93,12 @@ fn difference(before: &str, after: &str) -> Vec<String> {
     lines
 }
 
+/// The line with the wires of a joint, whose first arm is this one.
+fn wires(sign: &str, arm: &str) -> &'static str {
+    let to = |other: &str| format!("{{ between = [\"{arm}\", \"{other}\"], share = 0.5 }}");
+    format!("{sign}wires = [{}, {}]", to("left"), to("right")).leak()
+}
+
 fn message(result: Result<String, Fault>) -> String {
     result.map(|text| format!("taken: {text}")).unwrap_or_else(|fault| format!("{} - {}", fault.message, fault.help))
 }
@@ -105,13 +111,13 @@ fn a_part_is_renamed_wherever_it_is_meant_and_nowhere_else() {
         [
             "-name = \"trunk\"",
             "-  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
-            "-wires = [{ between = [\"trunk\", \"left\"], share = 0.5 }, { between = [\"trunk\", \"right\"], share = 0.5 }]",
+            wires("-", "trunk"),
             "-at = { branch = \"trunk\", s = \"300 mm\" }",
             "-of = { branch = \"trunk\" }",
             "-vary = { \"branches.trunk.length\" = { from = 0.5, to = 0.7 } }",
             "+name = \"main.1\"",
             "+  { branch = \"main.1\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
-            "+wires = [{ between = [\"main.1\", \"left\"], share = 0.5 }, { between = [\"main.1\", \"right\"], share = 0.5 }]",
+            wires("+", "main.1"),
             "+at = { branch = \"main.1\", s = \"300 mm\" }",
             "+of = { branch = \"main.1\" }",
             "+vary = { 'branches.\"main.1\".length' = { from = 0.5, to = 0.7 } }",
@@ -199,7 +205,7 @@ fn a_branch_is_split_and_what_attaches_behind_follows() {
         "-length = \"600 mm\" # by the drawing",
         "-segments = 60",
         "-  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
-        "-wires = [{ between = [\"trunk\", \"left\"], share = 0.5 }, { between = [\"trunk\", \"right\"], share = 0.5 }]",
+        wires("-", "trunk"),
         "-at = { branch = \"trunk\", s = \"300 mm\" }",
         "+to = \"T\" # the joint",
         "+length = \"250 mm\" # by the drawing",
@@ -212,7 +218,7 @@ fn a_branch_is_split_and_what_attaches_behind_follows() {
         "+length = \"350 mm\"",
         "+segments = 35",
         "+  { branch = \"trunk 2\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
-        "+wires = [{ between = [\"trunk 2\", \"left\"], share = 0.5 }, { between = [\"trunk 2\", \"right\"], share = 0.5 }]",
+        wires("+", "trunk 2"),
         "+[[joints]]",
         "+name = \"T\"",
         "+arms = [",
