@@ -144,8 +144,8 @@ export class Build {
     return element("label", { class: "row" }, input, words);
   }
 
-  private name(part: PartKind, name: string): HTMLElement {
-    return this.field(`name of the ${part}`, name, (to) => to !== name && this.send({ is: "rename", part, name, to }));
+  private name(part: PartKind, name: string, words = `name of the ${part}`): HTMLElement {
+    return this.field(words, name, (to) => to !== name && this.send({ is: "rename", part, name, to }));
   }
 
   private button(words: string, title: string, act: () => void): HTMLElement {
@@ -282,16 +282,16 @@ export class Build {
         { class: "entry" },
         element("strong", {}, name),
         element("span", { class: "quiet" }, ` ${shape}`),
-        this.name("obstacle", name),
+        this.name("obstacle", name, `name of ${name}`),
         ...Object.keys(SHAPES[shape] ?? {}).map((key) => this.value(`${key} of ${name}`, found, key)),
         this.value(`position of ${name}`, found, "position"),
-        this.field(`turned about x, y, z of ${name}, °`, angles(entry.orientation), (text) => {
+        this.field(`angles of ${name}, °`, angles(entry.orientation), (text) => {
           const degrees = typed(text);
           const list = Array.isArray(degrees) && degrees.length === 3 && degrees.every((x) => typeof x === "number") ? (degrees as number[]) : null;
           if (text.trim() === "" && entry.orientation !== undefined) this.send({ is: "remove", key: `${found.path}.orientation` });
           // What is no list of three numbers is sent as it is, and refused with its reason.
           else this.send({ is: "put", key: `${found.path}.orientation`, value: list ? quaternion(list) : degrees });
-        }),
+        }, { title: "Rotated about the world's x, then y, then z" }),
         this.value(`least clearance of ${name}`, found, "min_clearance"),
         element("div", { class: "buttons" }, this.remove("obstacle", name), this.inText(name)),
       );
@@ -299,15 +299,14 @@ export class Build {
     this.fill(this.obstacles, "obstacles", `Obstacles (${all.length})`, all.map(form), add);
   }
 
-  /** A place beside the harness: the lowest point, and 100 mm below. */
+  /** A place beside the harness, clear of it in all frames that are here. */
   private beside(): number[] {
-    const nodes = this.store.shown?.nodes ?? new Float32Array();
     const box = new THREE.Box3();
     const place = new THREE.Vector3();
-    for (let i = 0; i < nodes.length; i += FLOATS) box.expandByPoint(place.set(nodes[i], nodes[i + 1], nodes[i + 2]));
+    for (const { nodes } of this.store.kept()) for (let i = 0; i < nodes.length; i += FLOATS) box.expandByPoint(place.set(nodes[i], nodes[i + 1], nodes[i + 2]));
     if (box.isEmpty()) return [0, 0, 0];
     const middle = box.getCenter(new THREE.Vector3());
-    return [middle.x, middle.y, box.min.z - 0.1].map((x) => rounded(x, 3));
+    return [middle.x, box.min.y - 0.25, middle.z].map((x) => rounded(x, 3));
   }
 
   // Requirements
@@ -323,7 +322,7 @@ export class Build {
         { class: "entry" },
         element("strong", {}, name),
         element("span", { class: "quiet" }, ` ${shownPart(entry.of)}`),
-        this.name("requirement", name),
+        this.name("requirement", name, `name of ${name}`),
         this.choice(`quantity of ${name}`, String(entry.quantity ?? ""), quantities, (value) => this.send({ is: "put", key: `${found.path}.quantity`, value })),
         this.value(`least value of ${name}`, found, "min"),
         this.value(`greatest value of ${name}`, found, "max"),

@@ -141,6 +141,11 @@ export class Store extends Emitter<Events> {
     this.show(this.wanted);
   }
 
+  /** All frames that are here. */
+  kept(): Iterable<Frame> {
+    return this.frames.values();
+  }
+
   has(number: number): boolean {
     return this.frames.has(number);
   }

@@ -151,13 +151,14 @@ test("every form changes the text as a person would, is undone by name, and is w
     const added = await changing(page, () => press(page, `Add ${shape}`));
     assert.deepEqual(added.slice(0, 3), ["+[[obstacles]]", `+name = "${shape}"`, `+shape = "${shape}"`]);
   }
+  assert.ok(await page.evaluate(() => window.wireloom.store.shown.header.obstacles.every(({ contacts }) => contacts === 0)), "they stand beside the harness");
   assert.deepEqual(await changing(page, () => fill(page, "radius of sphere", "20 mm")), ['-radius = "50 mm"', '+radius = "20 mm"']);
   assert.deepEqual((await changing(page, () => fill(page, "position of sphere", "0.1, 0.4, -0.5"))).slice(-1), ["+position = [0.1, 0.4, -0.5]"]);
-  assert.deepEqual(await changing(page, () => fill(page, "turned about x, y, z of box, °", "0, 0, 90")), ["+orientation = [0.7071068, 0, 0, 0.7071068]"]);
+  assert.deepEqual(await changing(page, () => fill(page, "angles of box, °", "0, 0, 90")), ["+orientation = [0.7071068, 0, 0, 0.7071068]"]);
   assert.deepEqual(await changing(page, () => fill(page, "least clearance of box", "5 mm")), ['+min_clearance = "5 mm"']);
   assert.equal(await page.evaluate(() => window.wireloom.store.scene.obstacles.length), 3);
   await page.screenshot({ path: `${shots}build-obstacles.png` });
-  await changing(page, () => fill(page, "name of the obstacle", "wall"));
+  await changing(page, () => fill(page, "name of box", "wall"));
   await changing(page, () => page.locator("#build-obstacles li", { hasText: "wall" }).getByRole("button", { name: "Delete obstacle" }).click());
   assert.doesNotMatch(await sessionText(page), /wall/);
 
