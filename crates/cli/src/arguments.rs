@@ -47,8 +47,9 @@ pub enum Command {
     /// Drag a harness in the browser, or play a finished run
     ///
     /// Opens a page, and prints its address with a token, a new one each time: anyone who knows it can use the
-    /// session. Connectors, clips and points of the cables can be dragged; the motions become steps of the scenario,
-    /// which the page saves as a file. Unsaved changes are kept as a draft, in the user's folder for states of
+    /// session. Connectors, clips and points of the cables can be dragged; the motions become steps of the scenario.
+    /// Lengths, sections, clips, branches, obstacles and requirements can be changed, and the text itself; the page
+    /// saves it in its file. Unsaved changes are kept as a draft, in the user's folder for states of
     /// programs, and offered the next time. Ctrl-C ends the session.
     Studio(StudioArguments),
     /// Show the differences between results, and why they are not the same equilibrium

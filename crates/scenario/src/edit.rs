@@ -6,3 +6,4 @@ pub mod flat;
 mod key_path;
 pub mod number;
 pub mod record;
+pub mod structure;

@@ -35,7 +35,7 @@ pub mod sweep;
 pub use attachment::{At, Stretch};
 pub use build::network::Built;
 pub use edit::number::{Number, number_at, value_for};
-pub use edit::{adjust, flat, record};
+pub use edit::{adjust, flat, record, structure};
 pub use fault::{Fault, Places, render};
 pub use format::explain;
 pub use format::limits::MAX_COUNT as MAX_SEGMENTS;
@@ -43,7 +43,7 @@ pub use format::schema::schema;
 pub use format::units::{quantity_in, unit_of};
 pub use output::{Fields, Output};
 pub use read::files::{Files, NoFiles};
-pub use read::library::{shipped_coverings, shipped_wires};
+pub use read::library::{shipped_coverings, shipped_fixings, shipped_wires};
 pub use read::plugins::{Plugins, plugins};
 pub use scenario::{
     Arm, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Required, Scenario,

@@ -75,6 +75,10 @@ impl Backend for NoBackend {
     fn open(&self, _: &str) -> Result<Studio, String> {
         Err("no draft is stored".to_owned())
     }
+    fn changed_outside(&self) -> Option<String> {
+        None
+    }
+
     fn export(&self, _: &Studio, _: &str) -> Option<Vec<u8>> {
         None
     }
@@ -88,6 +92,7 @@ fn drag(text: &str) -> Result<Drag, String> {
         files: Box::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
+        storage: None,
     };
     let studio = open(opened).map_err(|faults| render(text, &faults))?;
     let token = Token::random()?;

@@ -17,7 +17,7 @@ mod sheet;
 mod stretches;
 mod worker;
 
-pub use session::{PROGRAM, SessionInput};
+pub use session::{Known, PROGRAM, SessionInput, Storage, StoreError};
 pub use worker::{Outcome, Studio, Subscription, TabMessage, open};
 
 /// The page, in one file: `crates/studio/web/dist/index.html`.
@@ -38,6 +38,10 @@ mod tests {
         );
         let mut declare = |declaration: String| text += &format!("export {declaration}\n\n");
         declare(protocol::Holding::decl());
+        declare(protocol::List::decl());
+        declare(protocol::PartKind::decl());
+        declare(protocol::Start::decl());
+        declare(protocol::Edit::decl());
         declare(protocol::Request::decl());
         declare(protocol::Branch::decl());
         declare(protocol::Joint::decl());
@@ -54,6 +58,8 @@ mod tests {
         declare(protocol::SheetLine::decl());
         declare(protocol::Sheet::decl());
         declare(protocol::Session::decl());
+        declare(protocol::TextFault::decl());
+        declare(protocol::Document::decl());
         declare(protocol::Notice::decl());
         declare(frame::Placed::decl());
         declare(frame::ConstraintFrame::decl());

@@ -82,12 +82,161 @@ pub enum Request {
         /// One beyond the last; the server may send fewer.
         to: u32,
     },
-    /// Requests the current scenario, including recorded steps.
+    /// Requests a copy of the current scenario, including recorded steps.
     Save,
+    /// Writes the current scenario into its file, or into another one of the same folder, which then is its file.
+    Store {
+        /// Name of the other file; none: its own.
+        name: Option<String>,
+        /// Whether to replace what another program has written there.
+        replace: bool,
+    },
+    /// Reads the scenario's file anew, in place of the current text.
+    Reload,
+    /// Changes the scenario.
+    Edit {
+        /// The change.
+        edit: Edit,
+    },
+    /// Replaces the text of the scenario.
+    Apply {
+        /// The new text.
+        text: String,
+        /// Version of the document that it was made from.
+        base: u32,
+    },
+    /// Checks a text, without a change of the session.
+    Check {
+        /// The text.
+        text: String,
+        /// A number for the answer.
+        number: u32,
+    },
     /// Accepts or discards the draft of an earlier session.
     Draft {
         /// Whether to accept it.
         take: bool,
+    },
+}
+
+/// A change of the scenario's text, which the session then carries out anew from the first step that differs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(tag = "is", rename_all = "snake_case", rename_all_fields = "snake_case", deny_unknown_fields)]
+pub enum Edit {
+    /// Gives a key another value.
+    Put {
+        /// Path to the key, such as `branches.trunk.length`.
+        key: String,
+        /// The value as the file shall have it: a number in SI units, a string with a unit, a list.
+        #[cfg_attr(test, ts(type = "unknown"))]
+        value: serde_json::Value,
+    },
+    /// Removes a key.
+    Remove {
+        /// Path to the key.
+        key: String,
+    },
+    /// Adds an entry to a list.
+    Add {
+        /// The list.
+        list: List,
+        /// The entry, as the file shall have it.
+        #[cfg_attr(test, ts(type = "unknown"))]
+        entry: serde_json::Value,
+    },
+    /// Renames a part, everywhere.
+    Rename {
+        /// Kind of the part.
+        part: PartKind,
+        /// Its name.
+        name: String,
+        /// Its new name.
+        to: String,
+    },
+    /// Deletes a part, with what is of no use without it.
+    Delete {
+        /// Kind of the part.
+        part: PartKind,
+        /// Its name.
+        name: String,
+    },
+    /// Splits a branch into two that meet in a joint.
+    Split {
+        /// Name of the branch.
+        branch: String,
+        /// Arc length of the joint, m.
+        s: f64,
+    },
+    /// Adds a branch with a free end.
+    Branch {
+        /// Its name.
+        name: String,
+        /// Where it begins; none: at a new vertex.
+        from: Option<Start>,
+        /// Name of its section.
+        section: String,
+        /// Its length as the file shall have it.
+        #[cfg_attr(test, ts(type = "unknown"))]
+        length: serde_json::Value,
+    },
+}
+
+/// A list of the scenario to which entries can be added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub enum List {
+    /// Constraints that act from the start.
+    Constraints,
+    /// Obstacles.
+    Obstacles,
+    /// Requirements.
+    Requirements,
+    /// Loads.
+    Loads,
+    /// Markers.
+    Markers,
+}
+
+/// A kind of parts that have names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub enum PartKind {
+    /// A branch.
+    Branch,
+    /// A vertex: an end or a joint.
+    Vertex,
+    /// A section.
+    Section,
+    /// A constraint.
+    Constraint,
+    /// An obstacle.
+    Obstacle,
+    /// A requirement.
+    Requirement,
+    /// A load.
+    Load,
+    /// A step.
+    Step,
+}
+
+/// Where a new branch begins.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case", rename_all_fields = "snake_case", deny_unknown_fields)]
+pub enum Start {
+    /// At a joint.
+    Joint(String),
+    /// At a free end, which becomes a joint.
+    End(String),
+    /// At a point of a branch, which is split there.
+    Point {
+        /// Name of the branch.
+        branch: String,
+        /// Arc length, m.
+        s: f64,
     },
 }
 
@@ -129,13 +278,81 @@ pub enum Notice {
         /// Time of storage (RFC 3339); none if there is no draft any more.
         written: Option<String>,
     },
-    /// The current scenario.
+    /// A copy of the current scenario.
     Saved {
         /// Name for the file.
         name: String,
         /// Its text.
         text: String,
     },
+    /// The text of the scenario: sent first, and after every change of it.
+    Document(Document),
+    /// The answer to `check`, and the faults of a text that was to be applied.
+    Checked {
+        /// Number of the check; none: of a text that was to be applied.
+        number: Option<u32>,
+        /// Its faults; none if it is valid.
+        faults: Vec<TextFault>,
+    },
+    /// The current scenario has been written into its file.
+    Stored {
+        /// Name of the file.
+        name: String,
+    },
+    /// The current scenario was not written, because that would replace what is there.
+    Conflict {
+        /// Name of the file.
+        name: String,
+        /// Whether it is the scenario's own file, which another program has changed; otherwise there is another file of
+        /// the name wanted.
+        own: bool,
+    },
+    /// Another program has changed the scenario's file.
+    Outside {
+        /// Name of the file.
+        name: String,
+    },
+}
+
+/// The text of a scenario, and what a page needs to edit it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct Document {
+    /// Version: grows with every change of the text.
+    pub version: u32,
+    /// Name of the file.
+    pub name: String,
+    /// Whether the session can write into that file.
+    pub can_store: bool,
+    /// The text.
+    pub text: String,
+    /// The same as JSON, with every value as it is written.
+    #[cfg_attr(test, ts(type = "Record<string, unknown>"))]
+    pub entries: serde_json::Value,
+    /// Kinds of constraints, each with a one-line description.
+    pub constraint_kinds: Vec<(String, String)>,
+    /// Words of the quantities that a requirement may limit.
+    pub quantities: Vec<String>,
+}
+
+/// A fault of a text.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct TextFault {
+    /// Where it begins: UTF-16 code units from the beginning of the text.
+    pub from: u32,
+    /// Where it ends.
+    pub to: u32,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column in characters, from 1.
+    pub column: u32,
+    /// The fault, with the offending value.
+    pub message: String,
+    /// What would be right.
+    pub help: String,
 }
 
 /// A harness and its surroundings, without positions.

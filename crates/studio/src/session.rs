@@ -7,6 +7,7 @@
 mod clearance;
 mod drag;
 mod dragging;
+mod edits;
 #[cfg(test)]
 mod fuzz;
 mod harness;
@@ -20,10 +21,9 @@ mod tests;
 mod trial;
 mod work;
 
-use crate::protocol::{Notice, Request, Scene, Sheet, Timeline};
+use crate::protocol::{Document, Notice, Request, Scene, Sheet, Timeline};
 use crate::{frame, scene, sheet};
 use drag::Drag;
-use harness::tightens_in_first_step;
 use mesh::Mesh;
 use refusal::no_start;
 use serde_json::Value as Json;
@@ -34,11 +34,13 @@ use std::sync::Arc;
 use wireloom::harness::Obstacle;
 use wireloom::result::{Identities, Moment, RequirementResult};
 use wireloom::scenario::adjust::adjustable;
-use wireloom::scenario::record::{Written, with_steps, with_value};
+use wireloom::scenario::record::with_value;
 use wireloom::scenario::{Fault, Files};
 use wireloom::session::{Checkpoint, DrivenHarness, Monitor, Refusal};
 use wireloom::{Registry, Status, StepResult};
 
+pub use edits::{Known, Storage, StoreError};
+pub(crate) use edits::{MAX_TEXT, text_faults};
 pub(crate) use snapshot::Frame;
 
 /// Name and version of this program.
@@ -58,6 +60,8 @@ pub struct SessionInput {
     pub registry: Registry,
     /// Whether the text has unsaved changes: true for a restored draft.
     pub unsaved: bool,
+    /// Writes into the scenario's file; `None`: there is none.
+    pub storage: Option<Box<dyn Storage>>,
 }
 
 /// Changes since the last query.
@@ -71,6 +75,8 @@ pub(crate) struct Changes {
     pub thinned: bool,
     /// Whether the scenario was changed or saved.
     pub edited: bool,
+    /// A text for pages that differs from the last one sent.
+    pub document: Option<Document>,
     /// Notices, each for a tab, or for all (`None`).
     pub said: Vec<(Option<u32>, Notice)>,
 }
@@ -91,9 +97,11 @@ pub(crate) struct Record {
 /// A session.
 pub(crate) struct Session {
     name: String,
-    files: Box<dyn Files + Send + Sync>,
-    registry: Registry,
+    known: Arc<Known>,
+    storage: Option<Box<dyn Storage>>,
     monitor: Monitor,
+    /// Version and text of the document that pages have.
+    document: (u32, String),
     now: Snapshot,
     undo: Vec<(String, Snapshot)>,
     redo: Vec<(String, Snapshot)>,
@@ -116,23 +124,19 @@ impl Session {
     /// # Errors
     /// All faults of the text.
     pub fn open(opened: SessionInput, monitor: Monitor) -> Result<Self, Vec<Fault>> {
-        let SessionInput { mut text, name, files, registry, unsaved } = opened;
-        let mut harness = DrivenHarness::load(&text, &*files, &registry, &monitor)?;
-        if harness.schedule.steps.is_empty() && tightens_in_first_step(&harness.network) {
-            // The first equilibrium of `run` then differs from the start.
-            let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
-            text = with_steps(&text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
-            harness = DrivenHarness::load(&text, &*files, &registry, &monitor)?;
-        }
+        let SessionInput { text, name, files, registry, unsaved, storage } = opened;
+        let known = Arc::new(Known { files, registry });
+        let (text, harness) = known.load(&text, &monitor)?;
         let harness = Rc::new(harness);
         let own = harness.schedule.steps.len();
         let now = Snapshot::new(text.into(), own, Vec::new(), harness, 0);
         let changes = Changes { scene: true, timeline: true, edited: true, ..Changes::default() };
         Ok(Self {
             name,
-            files,
-            registry,
+            known,
+            storage,
             monitor,
+            document: (0, String::new()),
             now,
             undo: Vec::new(),
             redo: Vec::new(),
@@ -147,6 +151,11 @@ impl Session {
     }
 
     // ---- published state ------------------------------------------------------------------------------------------
+
+    /// What is needed to check a text for this session.
+    pub fn known(&self) -> Arc<Known> {
+        self.known.clone()
+    }
 
     /// Takes the changes.
     pub fn take_changes(&mut self) -> Changes {
@@ -180,7 +189,7 @@ impl Session {
         }
         scene.live = true;
         scene.run = *run;
-        scene.settings = settings::all(&harness.scenario, &self.registry);
+        scene.settings = settings::all(&harness.scenario, &self.known.registry);
         scene.notes.clone_from(&harness.notes);
         scene.notes.extend(self.now.mesh.note());
         scene.notes.extend(self.now.at.iter().flat_map(|at| at.notes().iter().cloned()));
@@ -300,6 +309,10 @@ impl Session {
             Request::Go { frame } => self.go(frame),
             Request::Set { key, value } => self.set(&key, &value),
             Request::Save => self.save(tab),
+            Request::Store { name, replace } => self.store(tab, name.as_deref(), replace),
+            Request::Reload => self.reload(tab),
+            Request::Edit { edit } => self.edit(&edit),
+            Request::Apply { text, base } => self.apply(tab, &text, base),
             Request::Stop => {
                 self.stop();
                 Ok(())
@@ -336,8 +349,11 @@ impl Session {
     fn save(&mut self, tab: u32) -> Result<(), Refusal> {
         let text = self.text()?;
         // The text is checked, because a draft may not be valid.
-        let checked = DrivenHarness::load(&text, &*self.files, &self.registry, &self.monitor);
-        (self.unsaved, self.changes.edited) = (false, true);
+        let checked = DrivenHarness::load(&text, &*self.known.files, &self.known.registry, &self.monitor);
+        if self.storage.is_none() {
+            // Where there is no file, the copy is what is kept.
+            (self.unsaved, self.changes.edited) = (false, true);
+        }
         self.changes.said.push((Some(tab), Notice::Saved { name: self.name.clone(), text }));
         checked.map(|_| ()).map_err(Refusal::from)
     }
@@ -353,7 +369,7 @@ impl Session {
     fn set(&mut self, key: &str, given: &Json) -> Result<(), Refusal> {
         self.end_drag();
         let Snapshot { text, own, by_hand, harness, run, .. } = &self.now;
-        let all = adjustable(&harness.scenario, &self.registry);
+        let all = adjustable(&harness.scenario, &self.known.registry);
         let known = all.iter().find(|own| own.key == key);
         let known = known.ok_or_else(|| {
             Refusal::new(format!("`{key:.80}` cannot be set here"), "set one of the scene's settings")
@@ -362,7 +378,7 @@ impl Session {
         if known.value.as_ref() == Some(&value) {
             return Ok(());
         }
-        let text = with_value(text, key, &value, &self.registry)?;
+        let text = with_value(text, key, &value, &self.known.registry)?;
         let mut next = Snapshot::new(text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
         next.harness = Rc::new(self.load_anew(&next)?);
         next.mesh = Mesh::of(&next.harness);
@@ -482,13 +498,13 @@ impl Session {
     /// Builds the harness of a snapshot's text.
     fn load_anew(&self, snapshot: &Snapshot) -> Result<DrivenHarness, Refusal> {
         let text = snapshot.whole_text()?;
-        Ok(DrivenHarness::load(&text, &*self.files, &self.registry, &self.monitor)?)
+        Ok(DrivenHarness::load(&text, &*self.known.files, &self.known.registry, &self.monitor)?)
     }
 
     /// Builds the harness of a snapshot's text, on the mesh that the snapshot has.
     fn load(&self, snapshot: &Snapshot) -> Result<DrivenHarness, Refusal> {
         let harness = self.load_anew(snapshot)?;
-        Ok(harness.on_mesh_of(&snapshot.harness.network, &self.registry, &self.monitor)?)
+        Ok(harness.on_mesh_of(&snapshot.harness.network, &self.known.registry, &self.monitor)?)
     }
 
     /// The snapshot that an operation may extend: it ends with a completed step.

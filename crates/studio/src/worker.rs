@@ -4,7 +4,7 @@
 mod broadcast;
 
 use crate::protocol::{Notice, Request};
-use crate::session::{Session, SessionInput};
+use crate::session::{Known, Session, SessionInput, text_faults};
 use broadcast::Broadcast;
 pub use broadcast::TabMessage;
 use std::collections::VecDeque;
@@ -23,10 +23,13 @@ use wireloom::session::Monitor;
 
 /// Largest number of queued requests; a page has only a few in flight.
 const MAX_QUEUED: usize = 256;
+/// Largest number of queued texts, which may be long.
+const MAX_TEXTS: usize = 4;
 
 /// A harness in the studio. A thread of its own computes until the studio is closed or dropped.
 pub struct Studio {
     shared: Arc<Shared>,
+    known: Arc<Known>,
     /// Nothing is ever sent: the channel is closed when the thread has ended and dropped everything it owned.
     thread: Mutex<mpsc::Receiver<Infallible>>,
 }
@@ -96,7 +99,7 @@ pub fn open(opened: SessionInput) -> Result<Studio, Vec<Fault>> {
             Err(faults) => return told.send(Err(faults)).unwrap_or_default(),
         };
         own.publish(&mut session);
-        if told.send(Ok(())).is_ok() {
+        if told.send(Ok(session.known())).is_ok() {
             own.work(&mut session);
         }
     };
@@ -106,8 +109,8 @@ pub fn open(opened: SessionInput) -> Result<Studio, Vec<Fault>> {
     };
     let spawned = thread::Builder::new().name("studio".to_owned()).spawn(work);
     spawned.map_err(|error| broken(format!("no thread to work on: {error}")))?;
-    requested.recv().unwrap_or_else(|_| Err(broken("the scenario could not be read".to_owned())))?;
-    Ok(Studio { shared, thread: Mutex::new(thread) })
+    let known = requested.recv().unwrap_or_else(|_| Err(broken("the scenario could not be read".to_owned())))?;
+    Ok(Studio { shared, known, thread: Mutex::new(thread) })
 }
 
 impl Studio {
@@ -134,14 +137,22 @@ impl Studio {
         match &request {
             Request::Stop => self.shared.stop(),
             // These requests restart the run.
-            Request::Set { .. } | Request::Undo | Request::Redo
+            Request::Set { .. }
+            | Request::Undo
+            | Request::Redo
+            | Request::Edit { .. }
+            | Request::Apply { .. }
+            | Request::Reload
                 if self.shared.finding_start.load(Ordering::Relaxed) =>
             {
                 self.shared.monitor.stop();
             }
             _ => {}
         }
-        if queue.len() >= MAX_QUEUED {
+        let text = |queued: &Queued| matches!(queued, Queued::Request(_, Request::Apply { .. }));
+        let crowded =
+            matches!(request, Request::Apply { .. }) && queue.iter().filter(|own| text(own)).count() >= MAX_TEXTS;
+        if queue.len() >= MAX_QUEUED || crowded {
             drop(queue);
             let message = "too many requests are waiting".to_owned();
             let refused = Notice::Refused { message, help: "wait until some are done".to_owned() };
@@ -160,6 +171,16 @@ impl Studio {
         }
         queue.push_back(Queued::Request(tab, request));
         self.shared.queue_changed.notify_all();
+    }
+
+    /// Checks a text, on the thread of the caller.
+    pub(crate) fn check(&self, text: &str, number: u32) -> Notice {
+        Notice::Checked { number: Some(number), faults: text_faults(text, &self.known.check(text)) }
+    }
+
+    /// Sends a notice to every tab.
+    pub(crate) fn tell(&self, notice: Notice) {
+        locked(&self.shared.broadcast).notify(None, notice);
     }
 
     /// The scenario after the last completed step, if it has unsaved changes.

@@ -19,6 +19,6 @@
 pub use wireloom_scenario::{
     Arm, At, Body, Branch, Built, Constraint, Division, Facing, Fault, Files, Joint, Load, MAX_SEGMENTS, Minimiser,
     NoFiles, Number, Output, Places, Plugins, Scenario, Setting, Span, Stretch, number_at, parse, parse_with_files,
-    plugins, quantity_in, render, schema, shipped_coverings, shipped_wires, unit_of, value_for,
+    plugins, quantity_in, render, schema, shipped_coverings, shipped_fixings, shipped_wires, unit_of, value_for,
 };
-pub use wireloom_scenario::{adjust, bundle, explain, fault, optimise, record, settings};
+pub use wireloom_scenario::{adjust, bundle, explain, fault, optimise, record, settings, structure};

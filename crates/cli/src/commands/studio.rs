@@ -1,13 +1,15 @@
 //! `wireloom studio`: a session in the browser, or a finished run in it.
 
+mod fence;
 mod memory;
 mod redirect;
+mod storage;
 
 use crate::arguments::{Allowed, StudioArguments};
 use crate::failure::{Failure, Outcome};
 use crate::files::envelope;
 use crate::files::folder;
-use crate::files::load::{self, Beside};
+use crate::files::load;
 use crate::files::own::{ANEW, Own};
 use crate::files::page::SCENE;
 use crate::files::place::Place;
@@ -17,12 +19,14 @@ use crate::plugin::load::load as load_plugins;
 use crate::plugin::trust::Trust;
 use crate::print::diagnostics;
 use crate::program::{PROGRAM, machine, now};
+use fence::Fence;
 use memory::{Draft, Memory, Remembered};
 use redirect::Redirect;
 use std::io::{self, Write};
 use std::net::{IpAddr, TcpListener, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use storage::FileStorage;
 use wireloom::export::json;
 use wireloom::export::json::Provenance;
 use wireloom_studio::exports::{self, ExportInfo};
@@ -177,7 +181,8 @@ fn session(
 ) -> Result<Site, Failure> {
     let path = &arguments.what;
     let text = load::text(path)?;
-    let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone() };
+    let storage = FileStorage::new(path, &text);
+    let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone(), storage };
     let studio = opener.open(&text, false)?;
     let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
     let desk = AtHand { opener, memory: memory.map(Mutex::new) };
@@ -189,6 +194,7 @@ fn session(
 struct Opener {
     path: PathBuf,
     allowed: Allowed,
+    storage: FileStorage,
 }
 
 impl Opener {
@@ -197,15 +203,19 @@ impl Opener {
         let trust = Trust::to_run(&self.allowed);
         let mut registry = trust.registry();
         load_plugins(&self.path, text, &trust, &mut registry)?;
+        let files = Fence::of(&self.path);
         let opened = SessionInput {
             text: text.to_owned(),
-            name: self.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            files: Box::new(Beside::of(&self.path)),
+            name: self.storage.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            files: Box::new(files.clone()),
             registry,
             unsaved,
+            storage: Some(Box::new(self.storage.clone())),
         };
-        wireloom_studio::open(opened)
-            .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))
+        let studio = wireloom_studio::open(opened)
+            .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))?;
+        files.close();
+        Ok(studio)
     }
 
     /// Provenance of the results of a text; and all texts.
@@ -213,6 +223,18 @@ impl Opener {
         let loaded = load::scenario_of(&self.path, text.to_owned(), &[], &Trust::to_run(&self.allowed)).ok()?;
         Some((loaded.provenance(), loaded.texts))
     }
+}
+
+/// The state of the scenario's file, if that has another path since it was saved under another name.
+fn follow(memory: &mut Memory, path: &Path) -> io::Result<()> {
+    if path.canonicalize()? == memory.remembered().scenario {
+        return Ok(());
+    }
+    if let Some(other) = Memory::of(path)? {
+        memory.change(|known| known.draft = None)?;
+        *memory = other;
+    }
+    Ok(())
 }
 
 /// Services for the server: drafts, sessions, exports.
@@ -227,6 +249,10 @@ impl Backend for AtHand {
         let Some(memory) = &self.memory else { return };
         let draft = draft.map(|text| Draft { text: text.to_owned(), written: now() });
         let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Err(error) = follow(&mut memory, &self.opener.storage.path()) {
+            let failure = Failure::Io { what: "cannot keep drafts of the new file".to_owned(), source: error };
+            diagnostics::show(&failure, &mut io::stderr());
+        }
         if let Err(error) = memory.change(|known| known.draft = draft) {
             let failure = Failure::Io { what: "cannot keep the draft".to_owned(), source: error };
             diagnostics::show(&failure, &mut io::stderr());
@@ -235,6 +261,10 @@ impl Backend for AtHand {
 
     fn open(&self, draft: &str) -> Result<Studio, String> {
         self.opener.open(draft, true).map_err(|failure| failure.to_string())
+    }
+
+    fn changed_outside(&self) -> Option<String> {
+        self.opener.storage.changed_outside()
     }
 
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>> {

@@ -325,7 +325,7 @@ fn write_way(way: &Way, step: &mut Table) {
     push(step, &CARRY, own);
 }
 
-fn inline<const N: usize>(entries: [(&str, Value); N]) -> InlineTable {
+pub(super) fn inline<const N: usize>(entries: [(&str, Value); N]) -> InlineTable {
     entries.into_iter().collect()
 }
 
@@ -366,7 +366,7 @@ fn written(value: &wireloom_core::Value) -> Value {
 }
 
 /// A value of TOML; `None` for null, which TOML does not have, and for too large whole numbers.
-fn of_json(value: &serde_json::Value) -> Option<Value> {
+pub(super) fn of_json(value: &serde_json::Value) -> Option<Value> {
     use serde_json::Value as Json;
     Some(match value {
         Json::Null => return None,
@@ -483,12 +483,12 @@ impl Put<'_> {
 }
 
 /// Name of an entry of a list.
-fn name_of(table: &dyn toml_edit::TableLike) -> Option<String> {
+pub(super) fn name_of(table: &dyn toml_edit::TableLike) -> Option<String> {
     NAMES.iter().find_map(|key| Some(table.get(key)?.as_str()?.to_owned()))
 }
 
 /// Index of the entry with this name or number.
-fn entry_of(names: &[Option<String>], name: &str) -> Option<usize> {
+pub(super) fn entry_of(names: &[Option<String>], name: &str) -> Option<usize> {
     let named = names.iter().position(|own| own.as_deref() == Some(name));
     named.or_else(|| name.parse().ok().filter(|k| *k < names.len()))
 }

@@ -297,6 +297,11 @@ pub fn shipped_coverings() -> impl Iterator<Item = (&'static str, &'static Cover
     LIBRARY.coverings.iter().filter_map(|(name, covering)| Some((name.as_str(), covering.as_ref()?)))
 }
 
+/// Names and descriptions of the types of constraints that are shipped, as far as the registry has their kinds.
+pub fn shipped_fixings(registry: &Registry) -> Vec<(String, String)> {
+    shipped_fixing_types(registry).into_iter().filter_map(|(name, own)| Some((name, own?.doc))).collect()
+}
+
 /// Looks a name up; notes a fault if it is unknown. Returns `None` without a fault if it names a faulty entry.
 pub(crate) fn find<'l, T>(
     family: &'l Named<T>,

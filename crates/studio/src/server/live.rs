@@ -18,6 +18,9 @@ pub trait Backend: Send + Sync {
     /// Message why the text cannot be used.
     fn open(&self, draft: &str) -> Result<Studio, String>;
 
+    /// Name of the scenario's file, if another program has changed it since the last call.
+    fn changed_outside(&self) -> Option<String>;
+
     /// The exported file of this name for the current state; `None` if there is none.
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>>;
 }
@@ -94,8 +97,11 @@ impl Live {
         self.backend.export(&self.now(), name)
     }
 
-    /// Stores the draft, if it has changed.
+    /// Stores the draft, if it has changed; tells the pages if another program has changed the file.
     pub(super) fn keep(&self) {
+        if let Some(name) = self.backend.changed_outside() {
+            self.now().tell(Notice::Outside { name });
+        }
         let mut kept = self.kept();
         let draft = self.now().draft();
         if *kept == draft {

@@ -5,6 +5,7 @@ use super::live::{Live, Refusal, refused};
 use super::state::{ServerState, ended};
 use crate::exports;
 use crate::protocol::{Notice, Request, Scene};
+use crate::session::MAX_TEXT;
 use crate::{Studio, Subscription, TabMessage};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::extract::{Extension, State};
@@ -15,8 +16,8 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-/// Largest request, bytes: more than ten times what a page sends.
-const MAX_MESSAGE: usize = 64 << 10;
+/// Largest request, bytes: the largest text of a scenario, in which every character may be escaped.
+const MAX_MESSAGE: usize = 2 * MAX_TEXT;
 /// Largest rate of requests per second: twice that of a drag on a fast screen. Faster clients are read later.
 const RATE: f64 = 240.0;
 /// Largest burst of requests.
@@ -104,6 +105,7 @@ async fn relay(
                 limiter.take().await;
                 match handle_message(message, &tab_handle, state.clone()).await? {
                     Handled::Done => {}
+                    Handled::Answered(notice) => send_notice(socket, &notice).await?,
                     Handled::Refused(refusal) => send_notice(socket, &refusal.into()).await?,
                     Handled::Malformed(refusal) if malformed < MAX_MALFORMED => {
                         malformed += 1;
@@ -139,8 +141,11 @@ async fn relay(
 }
 
 /// Result of a message.
+#[expect(clippy::large_enum_variant, reason = "one at a time is passed on, and none is kept")]
 enum Handled {
     Done,
+    /// A request that is answered at once.
+    Answered(Notice),
     /// A valid request that cannot be fulfilled.
     Refused(Refusal),
     /// Not a valid request.
@@ -170,6 +175,15 @@ async fn handle_message(
                 Ok(_) => Handled::Done,
                 Err(_) => Handled::Refused(refused("the draft cannot be used", "see what the program prints")),
             })
+        }
+        Ok(Request::Check { text, number }) => {
+            // Beside the solver, which may be busy. A plugin may fail.
+            let studio = tab_handle.studio.clone();
+            let checked = tokio::task::spawn_blocking(move || studio.check(&text, number)).await;
+            Ok(checked.map_or_else(
+                |_| Handled::Refused(refused("the text could not be checked", "see what the program prints")),
+                Handled::Answered,
+            ))
         }
         Ok(request) => {
             tab_handle.studio.submit(tab_handle.tab, request);

@@ -44,7 +44,7 @@ position = [0, 0, 0.1]
 "#;
 
 /// Possible messages: every request, some in a useful order.
-const MESSAGES: [&str; 3] = [
+const MESSAGES: [&str; 4] = [
     r#"{"do":"hold","branch":"b","s":0.2,"how":"handle"}
 {"do":"target","constraint":"hand","position":[0.1,0.05,-0.1],"orientation":[1,0,0,0]}
 {"do":"target","constraint":"hand","position":null,"orientation":null}
@@ -66,6 +66,16 @@ const MESSAGES: [&str; 3] = [
 {"do":"hold","branch":"b","s":0.1,"how":"collar"}
 {"do":"target","constraint":"plug","position":[0,0,0.2]}
 {"do":"draft","take":false}
+"#,
+    r#"{"do":"edit","edit":{"is":"put","key":"branches.b.length","value":"420 mm"}}
+{"do":"edit","edit":{"is":"split","branch":"b","s":0.2}}
+{"do":"edit","edit":{"is":"branch","name":"c","from":{"point":{"branch":"b","s":0.1}},"section":"s","length":0.1}}
+{"do":"edit","edit":{"is":"branch","name":"d","from":{"end":"B"},"section":"s","length":"100 mm"}}
+{"do":"edit","edit":{"is":"rename","part":"branch","name":"b","to":"b.1"}}
+{"do":"edit","edit":{"is":"delete","part":"constraint","name":"plug"}}
+{"do":"edit","edit":{"is":"add","list":"obstacles","entry":{"name":"o","shape":"box","size":[0.1,0.1,0.1]}}}
+{"do":"edit","edit":{"is":"remove","key":"steps.lift.move.plug"}}
+{"do":"apply","text":"schema = 1","base":1}
 "#,
 ];
 
@@ -106,6 +116,7 @@ fn messages_never_make_a_session_panic() {
             files: Box::new(NoFiles),
             registry: wireloom::registry(),
             unsaved: false,
+            storage: None,
         };
         let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
         let mut taken = false;

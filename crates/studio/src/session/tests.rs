@@ -97,7 +97,7 @@ at = { branch = "trunk", s = 0.2 }
 
 /// Largest difference (m) between `run` and a session after a grab on the way: 1e-6 of the longest path through the Y.
 /// The grab adds a station, and the harness is brought back to equilibrium with it.
-const ALIKE: f64 = 7e-7;
+pub(super) const ALIKE: f64 = 7e-7;
 
 pub(super) fn session(text: &str) -> Session {
     let mut session = opened(text);
@@ -113,6 +113,7 @@ pub(super) fn opened(text: &str) -> Session {
         files: Box::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
+        storage: None,
     };
     Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
@@ -124,18 +125,18 @@ pub(super) fn work(session: &mut Session) {
 }
 
 /// Sends a request, computes, and returns the notices.
-fn ask(session: &mut Session, request: Request) -> Vec<Notice> {
+pub(super) fn ask(session: &mut Session, request: Request) -> Vec<Notice> {
     session.handle(1, request);
     work(session);
     session.take_changes().said.into_iter().map(|(_, notice)| notice).collect()
 }
 
-fn done(session: &mut Session, request: Request) {
+pub(super) fn done(session: &mut Session, request: Request) {
     let said = ask(session, request.clone());
     assert!(said.is_empty(), "{request:?}: {said:?}");
 }
 
-fn refused(session: &mut Session, request: Request) -> String {
+pub(super) fn refused(session: &mut Session, request: Request) -> String {
     match ask(session, request.clone()).as_slice() {
         [Notice::Refused { message, .. }] => message.clone(),
         other => panic!("{request:?}: {other:?}"),
@@ -156,11 +157,11 @@ fn drag(session: &mut Session, constraint: &str, places: &[[f64; 3]]) {
     done(session, drop_(constraint));
 }
 
-fn hold(session: &mut Session, branch: &str, s: f64, how: Holding) {
+pub(super) fn hold(session: &mut Session, branch: &str, s: f64, how: Holding) {
     done(session, Request::Hold { branch: branch.into(), s, how });
 }
 
-fn text(session: &mut Session) -> String {
+pub(super) fn text(session: &mut Session) -> String {
     match ask(session, Request::Save).as_slice() {
         [Notice::Saved { text, .. }] => text.clone(),
         other => panic!("{other:?}"),
@@ -168,7 +169,7 @@ fn text(session: &mut Session) -> String {
 }
 
 /// Results of all increments of a run.
-fn ends(text: &str) -> Vec<StepResult> {
+pub(super) fn ends(text: &str) -> Vec<StepResult> {
     let registry = wireloom::registry();
     let (_, built) = wireloom::load(text, &registry).unwrap_or_else(|faults| panic!("{text}\n{faults:?}"));
     let mut ends = Vec::new();
@@ -181,7 +182,7 @@ fn ends(text: &str) -> Vec<StepResult> {
 }
 
 /// Largest distance between nodes of two results, m.
-fn apart(one: &StepResult, other: &StepResult) -> f64 {
+pub(super) fn apart(one: &StepResult, other: &StepResult) -> f64 {
     let nodes = |end: &StepResult| end.branches.iter().flat_map(|branch| branch.position.clone()).collect::<Vec<_>>();
     let (a, b) = (nodes(one), nodes(other));
     assert_eq!(a.len(), b.len());
@@ -514,6 +515,7 @@ fn increments_without_equilibrium_are_shown_but_not_recorded() {
         files: Box::new(NoFiles),
         registry: with_lazy(&rests),
         unsaved: false,
+        storage: None,
     };
     let mut session = Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
     work(&mut session);
@@ -566,6 +568,7 @@ fn a_stopped_run_continues_interactively() {
         files: Box::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
+        storage: None,
     };
     let mut session = Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
     session.work();

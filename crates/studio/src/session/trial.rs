@@ -34,7 +34,7 @@ impl Session {
             self.changes.scene = true;
             return;
         }
-        let harness = match scenario.build(&self.registry) {
+        let harness = match scenario.build(&self.known.registry) {
             Ok(built) => Rc::new(DrivenHarness::new(scenario, built, &self.monitor)),
             Err(faults) => {
                 self.now.stop();

@@ -1,6 +1,6 @@
 //! Published state of a session, and the pending messages of every tab.
 
-use crate::protocol::{self, Notice, Scene, Sheet, Timeline};
+use crate::protocol::{self, Document, Notice, Scene, Sheet, Timeline};
 use crate::session::{Changes, Frame, Record, Session};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -31,6 +31,7 @@ pub(super) struct Broadcast {
     scene: Option<Arc<Scene>>,
     timeline: Option<Arc<Timeline>>,
     sheet: Option<Arc<Sheet>>,
+    document: Option<Arc<Document>>,
     busy: Option<String>,
     labels: [Option<String>; 2],
     held: Vec<(String, u32)>,
@@ -52,6 +53,7 @@ struct Tab {
     truncate_at: Option<usize>,
     timeline: bool,
     sheet: bool,
+    document: bool,
     session: bool,
     notices: VecDeque<Notice>,
     /// Whether to send the newest frame.
@@ -75,6 +77,7 @@ impl Broadcast {
             scene: None,
             timeline: None,
             sheet: None,
+            document: None,
             busy: None,
             labels: [None, None],
             held: Vec::new(),
@@ -96,6 +99,7 @@ impl Broadcast {
             truncate_at: None,
             timeline: true,
             sheet: true,
+            document: true,
             session: true,
             notices: VecDeque::new(),
             live: true,
@@ -140,7 +144,7 @@ impl Broadcast {
 
     /// Publishes the changes of a session; returns the tabs to wake.
     pub fn publish(&mut self, session: &mut Session) -> Vec<Wake> {
-        let Changes { scene, timeline, from, thinned, edited, said: notices } = session.take_changes();
+        let Changes { scene, timeline, from, thinned, edited, document, said: notices } = session.take_changes();
         let known = self.frames.len();
         if scene {
             self.scene = Some(Arc::new(session.scene()));
@@ -166,16 +170,21 @@ impl Broadcast {
             self.frames = session.frames_from(0);
         }
         let (labels, held, busy, unsaved) = (session.undo_labels(), session.held(), session.busy(), session.unsaved());
+        let mut document = document;
         if edited || self.text.is_none() {
             self.text = session.text().ok().map(Arc::from);
+            document = session.changed_document().or(document);
         }
+        let new_document = document.is_some();
+        self.document = document.map(Arc::new).or(self.document.take());
         let changed = (&labels, &held, &busy, unsaved) != (&self.labels, &self.held, &self.busy, self.unsaved);
         (self.labels, self.held, self.busy, self.unsaved) = (labels, held, busy, unsaved);
-        let changed = scene || timeline || from.is_some() || changed || !notices.is_empty();
+        let changed = scene || timeline || from.is_some() || changed || new_document || !notices.is_empty();
         for tab in self.tabs.values_mut() {
             tab.scene |= scene;
             tab.timeline |= timeline;
             tab.sheet |= new_sheet;
+            tab.document |= new_document;
             tab.session |= changed || from.is_some();
             if let Some(from) = from {
                 if from < known {
@@ -193,7 +202,7 @@ impl Broadcast {
         if changed { self.tabs.values().map(|tab| tab.wake.clone()).collect() } else { Vec::new() }
     }
 
-    /// The next message of a tab, in this order: harness, truncation of the timeline, timeline, sheet, session,
+    /// The next message of a tab, in this order: harness, truncation of the timeline, timeline, sheet, text, session,
     /// notices, newest frame, requested frames.
     pub fn take(&mut self, number: u32) -> Option<TabMessage> {
         let count = self.tabs.len();
@@ -215,6 +224,11 @@ impl Broadcast {
             && let Some(sheet) = &self.sheet
         {
             return Some(TabMessage::Notice(Notice::Sheet((**sheet).clone())));
+        }
+        if std::mem::take(&mut tab.document)
+            && let Some(document) = &self.document
+        {
+            return Some(TabMessage::Notice(Notice::Document((**document).clone())));
         }
         if std::mem::take(&mut tab.session) {
             let now = Instant::now();

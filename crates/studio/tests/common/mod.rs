@@ -47,7 +47,8 @@ up = [0, 0, 1]
 
 pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
     let (text, name) = (text.to_owned(), "cable.toml".to_owned());
-    let opened = SessionInput { text, name, files: Box::new(NoFiles), registry: wireloom::registry(), unsaved };
+    let opened =
+        SessionInput { text, name, files: Box::new(NoFiles), registry: wireloom::registry(), unsaved, storage: None };
     open(opened).map_err(|faults| faults[0].message.clone())
 }
 
@@ -62,6 +63,10 @@ impl Backend for MemoryBackend {
 
     fn open(&self, draft: &str) -> Result<Studio, String> {
         session(draft, true)
+    }
+
+    fn changed_outside(&self) -> Option<String> {
+        None
     }
 
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>> {

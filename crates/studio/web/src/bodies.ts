@@ -46,6 +46,9 @@ export class Bodies {
     this.group.add(this.arrows);
   }
 
+  /** Whether a body is not to be seen. */
+  isHidden: (kind: Body["kind"], name: string) => boolean = () => false;
+
   setScene(scene: Scene): void {
     for (const body of this.bodies) this.group.remove(body.object);
     const thickest = Math.max(1e-3, ...scene.branches.map((branch) => branch.diameter));
@@ -93,7 +96,7 @@ export class Bodies {
       if (body.kind === "joint") at = header.joints[joint++];
       else if (body.kind === "obstacle") at = header.obstacles[obstacle++]?.at;
       else at = acting.get(body.name)?.at;
-      body.acts = at !== undefined;
+      body.acts = at !== undefined && !this.isHidden(body.kind, body.name);
       body.object.visible = body.acts;
       if (at) place(body.object, at);
     }
@@ -124,7 +127,7 @@ export class Bodies {
       head.scale.set(2.6 * thick, 2.6 * thick, headLength);
       this.arrowLabels.push({ place: new THREE.Vector3(...at).addScaledVector(direction, size * scale), words: newtons(size) });
     };
-    for (const constraint of frame.header.constraints) one(constraint.at.position, constraint.force);
+    for (const constraint of frame.header.constraints) if (!this.isHidden("constraint", constraint.name)) one(constraint.at.position, constraint.force);
     for (const obstacle of frame.header.obstacles) if (obstacle.contacts > 0) one(obstacle.at.position, obstacle.force);
   }
 

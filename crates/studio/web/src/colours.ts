@@ -12,14 +12,16 @@ export interface Quantity {
   /** Sign matters: the scale is symmetric, its middle is 0. */
   signed: boolean;
   words: (value: number) => string;
+  /** Unit in which its range is typed; none: it has no range. */
+  typed?: { unit: string; factor: number };
 }
 
 export const QUANTITIES: Quantity[] = [
   { name: "bend", label: "Bend radius against its limit", column: Column.curvature, signed: false, words: (k) => millimetres(1 / k, 3) },
-  { name: "tension", label: "Tension", column: Column.tension, signed: false, words: newtons },
-  { name: "torque", label: "Torque", column: Column.torque, signed: true, words: moment },
-  { name: "moment", label: "Bending moment", column: Column.moment, signed: false, words: moment },
-  { name: "clearance", label: "Clearance", column: Column.clearance, signed: false, words: (d) => millimetres(d, 3) },
+  { name: "tension", label: "Tension", column: Column.tension, signed: false, words: newtons, typed: { unit: "N", factor: 1 } },
+  { name: "torque", label: "Torque", column: Column.torque, signed: true, words: moment, typed: { unit: "N mm", factor: 1000 } },
+  { name: "moment", label: "Bending moment", column: Column.moment, signed: false, words: moment, typed: { unit: "N mm", factor: 1000 } },
+  { name: "clearance", label: "Clearance", column: Column.clearance, signed: false, words: (d) => millimetres(d, 3), typed: { unit: "mm", factor: 1000 } },
 ];
 
 /** viridis (van der Walt and Smith 2015, CC0), for what has a beginning. */

@@ -95,6 +95,9 @@ export class Hands extends Emitter<Events> {
     store.on("shown", () => this.follow());
   }
 
+  /** Whether a branch is not to be seen, and so not to be picked. */
+  isHidden: (branch: string) => boolean = () => false;
+
   get live(): boolean {
     return this.store.scene?.live === true;
   }
@@ -332,7 +335,7 @@ export class Hands extends Emitter<Events> {
       },
       x,
       y,
-      (branch, position) => 5 + scene.branches[branch].diameter / 2 / this.view.metresPerPixel(new THREE.Vector3(...position)),
+      (branch, position) => this.isHidden(scene.branches[branch].name) ? -1 : 5 + scene.branches[branch].diameter / 2 / this.view.metresPerPixel(new THREE.Vector3(...position)),
     );
   }
 

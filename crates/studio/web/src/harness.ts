@@ -44,6 +44,9 @@ export class Harness {
     this.colours.minFilter = this.colours.magFilter = THREE.LinearFilter;
   }
 
+  /** Whether a branch is not to be seen. */
+  isHidden: (branch: string) => boolean = () => false;
+
   setScene(scene: Scene): void {
     this.surface?.mesh.geometry.dispose();
     this.surface?.mesh.material.dispose();
@@ -137,6 +140,10 @@ export class Harness {
       write(this.surface, this.tubes[b], frame.nodes, first[b], first[b + 1], branch.diameter / 2, branch.bend_radius_limit, scale);
     }
     for (const { branch, from, to } of destroyed) this.mark(frame, branch, from, to);
+    // Corners that all lie in one point make no surface.
+    this.tubes.forEach(({ from, end }, b) => {
+      if (this.isHidden(this.scene!.branches[b].name)) this.surface!.position.array.fill(0, 3 * from, 3 * end);
+    });
     const { position, normal, value } = this.surface;
     position.needsUpdate = normal.needsUpdate = value.needsUpdate = true;
   }

@@ -17,7 +17,8 @@ export function listen(keys: Key[], live: () => boolean): void {
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
     const target = event.target as HTMLElement;
     const control = event.ctrlKey || event.metaKey;
-    if (target.matches("select, textarea, input:not([type=range]):not([type=checkbox])") && !(control && event.key === "s")) return;
+    const types = target.matches("select, textarea, input:not([type=range]):not([type=checkbox])") || target.matches(".text-holder");
+    if (types && !(control && event.key.toLowerCase() === "s")) return;
     if (target.matches("input[type=range]") && event.key.startsWith("Arrow")) return;
     if (target.matches("button, summary, a") && (event.key === " " || event.key === "Enter")) return;
     const name = event.key.length === 1 && !control ? event.key.toLowerCase() : event.key.length === 1 ? event.key.toLowerCase() : event.key;

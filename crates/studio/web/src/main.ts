@@ -1,14 +1,17 @@
 // The page: puts the parts together. What they are is told by the files they come from.
 import * as THREE from "three";
 import { Bodies } from "./bodies";
+import { Build } from "./build";
 import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } from "./colours";
 import { difference, type Ghost } from "./compare";
 import { byId, download, element, later } from "./dom";
 import { along, decode, firstNodes, valueAt, type Frame } from "./frame";
 import { Drawing } from "./drawing";
+import { MOST, TextPane } from "./editor";
 import { Envelope, type Choice } from "./envelope";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
+import { Inspect } from "./inspect";
 import { help, listen, type Key } from "./keys";
 import { Labels } from "./labels";
 import { Legend } from "./legend";
@@ -60,7 +63,14 @@ const connection = link({
 });
 const hands = new Hands(store, view, bodies, connection);
 const timeline = new TimelineBar(store);
-const panels = new Panels(byId("panels"), store, hands, connection, {
+const inspect = new Inspect(store, view, hands, () => paint());
+bodies.isHidden = (kind, name) => inspect.isHidden(kind, name);
+harness.isHidden = hands.isHidden = (branch) => inspect.isHidden("branch", branch);
+const build = new Build(store, hands, connection, (name) => {
+  showText(true);
+  textPane.lookFor(name);
+});
+const panels = new Panels(byId("panels"), store, hands, connection, build.element, inspect, {
   visit: (position) => view.visit(new THREE.Vector3(...position)),
   scrub: (frame) => timeline.go(frame),
   goTo,
@@ -73,7 +83,11 @@ const panels = new Panels(byId("panels"), store, hands, connection, {
     view.draw();
   },
 });
-const legend = new Legend(colourBy);
+const legend = new Legend(colourBy, () => {
+  scale = null;
+  paint();
+});
+const textPane = new TextPane(store, connection, (dirty) => (byId("text-on").textContent = dirty ? "Text •" : "Text"));
 
 function seen(): View {
   try {
@@ -87,6 +101,7 @@ function seen(): View {
 // What comes in
 
 function take(notice: Notice): void {
+  if (notice.is === "document" && store.document === null) textPane.remember(notice.name);
   if (notice.is === "scene" && (store.scene === null || store.scene.run !== notice.run || store.scene.name !== notice.name)) {
     ranges.clear();
     bodies.forget();
@@ -205,8 +220,8 @@ store.on("session", (session) => {
   undo.title = session.undo ? `Undo: ${session.undo} (Ctrl Z)` : "Nothing to undo";
   redo.title = session.redo ? `Redo: ${session.redo} (Ctrl Shift Z)` : "Nothing to redo";
   byId("stop").hidden = session.busy === null;
-  byId("save").textContent = session.unsaved ? "Save… •" : "Save…";
-  byId("save").title = session.unsaved ? "There are unsaved changes (Ctrl S)" : "The scenario, with interactive operations as steps (Ctrl S)";
+  byId("save").textContent = session.unsaved ? "Save •" : "Save";
+  byId("save").title = `Writes the scenario, with interactive operations as steps, into its file (Ctrl S)${session.unsaved ? ": there are unsaved changes" : ""}`;
   panels.showSession(session);
 });
 
@@ -218,6 +233,81 @@ store.on("refused", ({ message, help }) => {
 });
 
 store.on("saved", ({ name, text }) => download(name, new Blob([text], { type: "application/toml" })));
+
+store.on("document", ({ name, can_store }) => {
+  byId("save-as").hidden = !can_store;
+  byId("save").setAttribute("aria-label", `Save ${name}`);
+});
+
+/** What a bar above the picture says of the file, with what can be done; null: nothing. */
+function sayOfFile(words: string | null, ...actions: [string, string, () => void][]): void {
+  const bar = byId("file");
+  bar.hidden = words === null;
+  if (words === null) return;
+  const button = ([id, label, act]: [string, string, () => void]) =>
+    element("button", { id, onclick: () => (sayOfFile(null), act()) }, label);
+  bar.replaceChildren(element("span", {}, words), ...actions.map(button), button(["file-later", "Later", () => {}]));
+}
+
+/** The name that was asked for with "Save as". */
+let wantedName: string | null = null;
+const reload = () => connection.send({ do: "reload" });
+const writeFile = (name: string | null, replace: boolean) => connection.send({ do: "store", name, replace });
+
+store.on("stored", (name) => {
+  sayOfFile(null);
+  tell(`Saved in ${name}.`);
+});
+
+store.on("conflict", ({ name, own }) => {
+  const overwrite: [string, string, () => void] = ["file-overwrite", "Replace it", () => writeFile(own ? null : wantedName, true)];
+  const other: [string, string, () => void] = ["file-other", "Save as…", saveAs];
+  if (own) sayOfFile(`${name} was changed by another program: nothing has been saved.`, overwrite, ["file-reload", "Load it (Undo brings this back)", reload], other);
+  else sayOfFile(`There is a file ${name} already: nothing has been saved.`, overwrite, other);
+});
+
+store.on("outside", (name) =>
+  sayOfFile(`${name} was changed by another program.`, ["file-reload", "Load it (Undo brings this back)", reload]),
+);
+
+function save(): void {
+  if (textPane.dirty) tell("The text has changes that are not applied: they are not saved.");
+  if (store.document && !store.document.can_store) connection.send({ do: "save" });
+  else writeFile(null, false);
+}
+
+function saveAs(): void {
+  const dialog = byId<HTMLDialogElement>("name-dialog");
+  const input = element("input", { id: "file-name", type: "text", autocomplete: "off", spellcheck: "false", value: store.document?.name ?? "" });
+  const form = element(
+    "form",
+    { method: "dialog" },
+    element("h2", { id: "name-title" }, "Save as"),
+    element("label", {}, "Name in the same folder, ending in .toml ", input),
+    element("p", { class: "row" }, element("button", { type: "submit", class: "strong" }, "Save"), element("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
+  );
+  form.addEventListener("submit", () => {
+    wantedName = input.value.trim();
+    writeFile(wantedName, false);
+  });
+  dialog.replaceChildren(form);
+  dialog.showModal();
+  input.select();
+}
+
+function showText(on: boolean): void {
+  const main = document.querySelector("main")!;
+  main.classList.toggle("with-text", on);
+  if (on && !textPane.element.isConnected) main.prepend(textPane.element);
+  if (!on) textPane.element.remove();
+  byId("text-on").setAttribute("aria-pressed", String(on));
+}
+
+function toggleText(): void {
+  const on = !textPane.element.isConnected;
+  showText(on);
+  if (on) textPane.focus();
+}
 
 store.on("draft", (written) => {
   const bar = byId("draft");
@@ -253,7 +343,7 @@ function paint(): void {
   const { scene, shown } = store;
   if (!scene || !shown) return;
   if (!scale) {
-    scale = ranges.scale(quantity, scene);
+    scale = { ...ranges.scale(quantity, scene), ...legend.range(quantity) };
     harness.setColours(scale.colours);
     explained = null;
   }
@@ -558,7 +648,7 @@ function arrows(): void {
 }
 
 const live = () => store.scene?.live === true;
-const send = (what: "undo" | "redo" | "stop" | "save") => () => connection.send({ do: what });
+const send = (what: "undo" | "redo" | "stop") => () => connection.send({ do: what });
 const nudges: [string, [number, number, number], string][] = [
   ["ArrowLeft", [-1, 0, 0], "to the left"],
   ["ArrowRight", [1, 0, 0], "to the right"],
@@ -589,7 +679,8 @@ const keys: Key[] = [
   { keys: ["r"], words: "Rings to rotate it", live: true, act: () => toggleGizmo("rotate") },
   { keys: ["Ctrl+z"], words: "Undo", live: true, act: send("undo") },
   { keys: ["Ctrl+Shift+z", "Ctrl+y"], words: "Redo", live: true, act: send("redo") },
-  { keys: ["Ctrl+s"], words: "Save the scenario", live: true, act: send("save") },
+  { keys: ["Ctrl+s"], words: "Save the scenario", live: true, act: save },
+  { keys: ["t"], words: "The text of the scenario; Ctrl Enter applies it", live: true, act: toggleText },
   { keys: [" "], words: "Play or pause", act: () => timeline.toggle() },
   { keys: [","], words: "One frame back", act: () => timeline.go(store.wanted - 1) },
   { keys: ["."], words: "One frame forward", act: () => timeline.go(store.wanted + 1) },
@@ -610,6 +701,7 @@ const keys: Key[] = [
   { keys: ["Ctrl+ArrowUp"], words: "Rotate the view up", act: () => view.turn(0, -0.1) },
   { keys: ["Ctrl+ArrowDown"], words: "Rotate the view down", act: () => view.turn(0, 0.1) },
   { keys: ["b"], words: "Colour by the next quantity", act: () => colourBy(QUANTITIES[(QUANTITIES.indexOf(quantity) + 1) % QUANTITIES.length].name) },
+  { keys: ["m"], words: "Measure between two places that are chosen next", act: () => (panels.open("measure"), inspect.toggleMeasure()) },
   { keys: ["k"], words: "Keep the shape as a ghost, or remove it", act: () => (ghost ? forgetGhost() : keepGhost()) },
   { keys: ["d"], words: "Drawn centre lines, beside the computed ones", act: () => showDrawing(!byId<HTMLInputElement>("drawing").checked) },
   { keys: ["l"], words: "Names and forces in the picture", act: toggleLabels },
@@ -622,7 +714,10 @@ const click = (id: string, act: () => void) => byId(id).addEventListener("click"
 click("undo", send("undo"));
 click("redo", send("redo"));
 click("stop", send("stop"));
-click("save", send("save"));
+click("save", save);
+click("save-as", saveAs);
+click("copy", () => connection.send({ do: "save" }));
+click("text-on", toggleText);
 click("screenshot", picture);
 click("help", () => help(keys, live()));
 click("verdict", () => panels.lookAtSheet());
@@ -636,12 +731,44 @@ byId("arrows").addEventListener("input", arrows);
 byId("arrows-on").addEventListener("change", arrows);
 byId("drawing").addEventListener("change", () => showDrawing(byId<HTMLInputElement>("drawing").checked));
 
+// Files that are dropped on the page
+
+/** A scenario becomes the text, not applied yet; of another file it is told how it comes into one. */
+async function takeFile(file: File): Promise<void> {
+  const says = (words: string) => tell(`${file.name}: ${words}`);
+  if (!live()) return says("this is a finished run; open the scenario with “wireloom studio” to change it.");
+  if (/\.(stl|obj|gltf|glb)$/i.test(file.name)) return says("put it into the folder of the scenario, and name it as mesh = \"…\" of an obstacle.");
+  if (/\.(kbl|xml|step|stp)$/i.test(file.name)) return says("make a scenario of it with “wireloom import”, and drop that here.");
+  if (!/\.toml$/i.test(file.name)) return says("a scenario is wanted, a file that ends in .toml.");
+  if (file.size > MOST) return says(`it has ${file.size} bytes; at most ${MOST} can be edited here.`);
+  let text: string;
+  try {
+    text = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer());
+  } catch {
+    return says("it is no UTF-8 text.");
+  }
+  showText(true);
+  textPane.propose(text);
+  says("it stands in the text, and is checked; Apply carries it out.");
+}
+
+document.addEventListener("dragover", (event) => {
+  if (event.dataTransfer?.types.includes("Files")) event.preventDefault();
+});
+document.addEventListener("drop", (event) => {
+  const files = event.dataTransfer?.files;
+  if (!files?.length) return;
+  event.preventDefault();
+  for (const file of files) void takeFile(file);
+});
+
 /** For tests: what the page knows and where things are on the screen. */
 declare global {
   interface Window {
     wireloom: {
       store: Store;
       hands: Hands;
+      text: TextPane;
       envelope: Envelope;
       toScreen(position: [number, number, number]): { x: number; y: number };
       /** Geometries and textures on the graphics card. */
@@ -652,6 +779,7 @@ declare global {
 window.wireloom = {
   store,
   hands,
+  text: textPane,
   envelope,
   memory: () => ({ geometries: view.renderer.info.memory.geometries, textures: view.renderer.info.memory.textures }),
   toScreen(position) {

@@ -68,6 +68,8 @@ export class Panels {
     private store: Store,
     private hands: Hands,
     private link: Link,
+    build: HTMLElement,
+    inspect: { parts: HTMLElement; measures: HTMLElement },
     private wishes: Wishes,
   ) {
     const section = (name: string, title: string, open: boolean, live: boolean, ...content: Node[]) => {
@@ -94,6 +96,9 @@ export class Panels {
       this.sheet,
       this.state,
       section("chosen", "Chosen", true, false, this.chosen),
+      section("build", "Build", false, true, build),
+      section("measure", "Measure", false, false, inspect.measures),
+      section("parts", "Parts and cut", false, false, inspect.parts),
       section("warnings", "Warnings and events", true, false, this.warnings),
       section("constraints", "Constraints", true, false, this.constraints),
       section("mechanisms", "Mechanisms", true, false, this.mechanisms),

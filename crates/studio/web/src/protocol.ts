@@ -3,6 +3,86 @@
 
 export type Holding = "handle" | "pin" | "collar";
 
+export type List = "constraints" | "obstacles" | "requirements" | "loads" | "markers";
+
+export type PartKind = "branch" | "vertex" | "section" | "constraint" | "obstacle" | "requirement" | "load" | "step";
+
+export type Start = { "joint": string } | { "end": string } | { "point": { 
+/**
+ * Name of the branch.
+ */
+branch: string, 
+/**
+ * Arc length, m.
+ */
+s: number, } };
+
+export type Edit = { "is": "put", 
+/**
+ * Path to the key, such as `branches.trunk.length`.
+ */
+key: string, 
+/**
+ * The value as the file shall have it: a number in SI units, a string with a unit, a list.
+ */
+value: unknown, } | { "is": "remove", 
+/**
+ * Path to the key.
+ */
+key: string, } | { "is": "add", 
+/**
+ * The list.
+ */
+list: List, 
+/**
+ * The entry, as the file shall have it.
+ */
+entry: unknown, } | { "is": "rename", 
+/**
+ * Kind of the part.
+ */
+part: PartKind, 
+/**
+ * Its name.
+ */
+name: string, 
+/**
+ * Its new name.
+ */
+to: string, } | { "is": "delete", 
+/**
+ * Kind of the part.
+ */
+part: PartKind, 
+/**
+ * Its name.
+ */
+name: string, } | { "is": "split", 
+/**
+ * Name of the branch.
+ */
+branch: string, 
+/**
+ * Arc length of the joint, m.
+ */
+s: number, } | { "is": "branch", 
+/**
+ * Its name.
+ */
+name: string, 
+/**
+ * Where it begins; none: at a new vertex.
+ */
+from: Start | null, 
+/**
+ * Name of its section.
+ */
+section: string, 
+/**
+ * Its length as the file shall have it.
+ */
+length: unknown, };
+
 export type Request = { "do": "hold", 
 /**
  * Name of the branch.
@@ -67,7 +147,35 @@ from: number,
 /**
  * One beyond the last; the server may send fewer.
  */
-to: number, } | { "do": "save" } | { "do": "draft", 
+to: number, } | { "do": "save" } | { "do": "store", 
+/**
+ * Name of the other file; none: its own.
+ */
+name: string | null, 
+/**
+ * Whether to replace what another program has written there.
+ */
+replace: boolean, } | { "do": "reload" } | { "do": "edit", 
+/**
+ * The change.
+ */
+edit: Edit, } | { "do": "apply", 
+/**
+ * The new text.
+ */
+text: string, 
+/**
+ * Version of the document that it was made from.
+ */
+base: number, } | { "do": "check", 
+/**
+ * The text.
+ */
+text: string, 
+/**
+ * A number for the answer.
+ */
+number: number, } | { "do": "draft", 
 /**
  * Whether to accept it.
  */
@@ -491,6 +599,62 @@ rate: number,
  */
 unsaved: boolean, };
 
+export type TextFault = { 
+/**
+ * Where it begins: UTF-16 code units from the beginning of the text.
+ */
+from: number, 
+/**
+ * Where it ends.
+ */
+to: number, 
+/**
+ * Line, from 1.
+ */
+line: number, 
+/**
+ * Column in characters, from 1.
+ */
+column: number, 
+/**
+ * The fault, with the offending value.
+ */
+message: string, 
+/**
+ * What would be right.
+ */
+help: string, };
+
+export type Document = { 
+/**
+ * Version: grows with every change of the text.
+ */
+version: number, 
+/**
+ * Name of the file.
+ */
+name: string, 
+/**
+ * Whether the session can write into that file.
+ */
+can_store: boolean, 
+/**
+ * The text.
+ */
+text: string, 
+/**
+ * The same as JSON, with every value as it is written.
+ */
+entries: Record<string, unknown>, 
+/**
+ * Kinds of constraints, each with a one-line description.
+ */
+constraint_kinds: Array<[string, string]>, 
+/**
+ * Words of the quantities that a requirement may limit.
+ */
+quantities: Array<string>, };
+
 export type Notice = { "is": "scene" } & Scene | { "is": "timeline" } & Timeline | { "is": "sheet" } & Sheet | { "is": "session" } & Session | { "is": "refused", 
 /**
  * The reason.
@@ -511,7 +675,32 @@ name: string,
 /**
  * Its text.
  */
-text: string, };
+text: string, } | { "is": "document" } & Document | { "is": "checked", 
+/**
+ * Number of the check; none: of a text that was to be applied.
+ */
+number: number | null, 
+/**
+ * Its faults; none if it is valid.
+ */
+faults: Array<TextFault>, } | { "is": "stored", 
+/**
+ * Name of the file.
+ */
+name: string, } | { "is": "conflict", 
+/**
+ * Name of the file.
+ */
+name: string, 
+/**
+ * Whether it is the scenario's own file, which another program has changed; otherwise there is another file of
+ * the name wanted.
+ */
+own: boolean, } | { "is": "outside", 
+/**
+ * Name of the file.
+ */
+name: string, };
 
 export type Placed = { 
 /**

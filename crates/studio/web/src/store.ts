@@ -1,7 +1,7 @@
 // What the page knows: scene, timeline, session, and the frames it has got; which of them is shown.
 import { Emitter } from "./emitter";
 import { fits, type Frame } from "./frame";
-import type { Notice, Scene, Session, Sheet, Timeline } from "./protocol";
+import type { Document, Notice, Scene, Session, Sheet, TextFault, Timeline } from "./protocol";
 
 interface Events {
   scene: Scene;
@@ -14,6 +14,15 @@ interface Events {
   missed: number;
   refused: { message: string; help: string };
   saved: { name: string; text: string };
+  document: Document;
+  /** Faults of a text that was checked; the number is null for one that was to be applied. */
+  checked: { number: number | null; faults: TextFault[] };
+  /** The scenario has been written into a file of this name. */
+  stored: string;
+  /** It was not written, because that would replace what is there. */
+  conflict: { name: string; own: boolean };
+  /** Another program has changed the file. */
+  outside: string;
   /** When what an earlier session left unsaved was kept; null: there is no such thing (any more). */
   draft: string | null;
 }
@@ -26,6 +35,7 @@ export class Store extends Emitter<Events> {
   timeline: Timeline = { frames: 0, steps: [], events: [] };
   sheet: Sheet | null = null;
   session: Session | null = null;
+  document: Document | null = null;
   shown: Frame | null = null;
   /** Number of the frame that is to be seen, whether it is here yet or not. */
   wanted = 0;
@@ -85,6 +95,22 @@ export class Store extends Emitter<Events> {
       case "draft":
         this.tell("draft", notice.written);
         break;
+      case "document":
+        this.document = notice;
+        this.tell("document", notice);
+        break;
+      case "checked":
+        this.tell("checked", notice);
+        break;
+      case "stored":
+        this.tell("stored", notice.name);
+        break;
+      case "conflict":
+        this.tell("conflict", notice);
+        break;
+      case "outside":
+        this.tell("outside", notice.name);
+        break;
     }
   }
 
@@ -113,6 +139,11 @@ export class Store extends Emitter<Events> {
   giveUp(from: number, to: number): void {
     for (let number = from; number < Math.min(to, this.timeline.frames); number++) if (!this.frames.has(number)) this.absent.add(number);
     this.show(this.wanted);
+  }
+
+  /** All frames that are here. */
+  kept(): Iterable<Frame> {
+    return this.frames.values();
   }
 
   has(number: number): boolean {

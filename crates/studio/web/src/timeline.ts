@@ -8,6 +8,8 @@ const PACE = 12;
 export class TimelineBar {
   private play = element("button", { title: "Play or pause (Space)", onclick: () => this.toggle() }, "▶ Play");
   private speed = element("select", { "aria-label": "Speed", title: "Speed" }, ...["0.25", "0.5", "1", "2", "4"].map((speed) => element("option", { value: speed }, `${speed}×`)));
+  /** Marks of events, over the track: a slider holds no buttons. */
+  private marks = element("div", { class: "marks" });
   private track = element("div", { id: "track", role: "slider", tabindex: 0, "aria-label": "Frame" });
   private thumb = element("div", { class: "thumb" });
   private words = element("span", { id: "place" });
@@ -22,7 +24,7 @@ export class TimelineBar {
     this.speed.value = "1";
     byId("timeline").append(
       element("div", { class: "buttons" }, button("|◀", "To the start (Home)", () => this.go(0)), button("−1", "One frame back (,)", () => this.go(this.store.wanted - 1)), this.play, button("+1", "One frame on (.)", () => this.go(this.store.wanted + 1)), button("▶|", "To the newest (End)", () => this.go(Infinity)), this.speed),
-      this.track,
+      element("div", { id: "line" }, this.track, this.marks),
       this.words,
     );
     const scrub = (event: PointerEvent) => {
@@ -30,7 +32,6 @@ export class TimelineBar {
       this.go(this.frameAt((event.clientX - box.left) / box.width));
     };
     this.track.addEventListener("pointerdown", (event) => {
-      if ((event.target as Element).classList.contains("mark")) return;
       this.track.setPointerCapture(event.pointerId);
       scrub(event);
     });
@@ -114,7 +115,8 @@ export class TimelineBar {
       mark.style.left = percent(this.placeOf(event.frame));
       return mark;
     });
-    this.track.replaceChildren(...boxes, ...marks, this.thumb);
+    this.track.replaceChildren(...boxes, this.thumb);
+    this.marks.replaceChildren(...marks);
     this.mark();
   }
 

@@ -27,7 +27,7 @@ export class View {
   before: (() => void)[] = [];
   private perspective = new THREE.PerspectiveCamera(35, 1, 0.001, 100);
   private orthographic = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 100);
-  private bounds = new THREE.Box3(new THREE.Vector3(-0.5, -0.5, -0.5), new THREE.Vector3(0.5, 0.5, 0.5));
+  readonly bounds = new THREE.Box3(new THREE.Vector3(-0.5, -0.5, -0.5), new THREE.Vector3(0.5, 0.5, 0.5));
   private grid = new THREE.Group();
   private asked = false;
   /** Distance of the lines of the grid, m. */

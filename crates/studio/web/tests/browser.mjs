@@ -71,6 +71,8 @@ export const poorContrast = (page) =>
     };
     return [...document.querySelectorAll("header *, aside *, footer *, #tools *, #legend *, #labels *, #warning *")]
       .filter((each) => each.checkVisibility() && !each.disabled && [...each.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim()))
+      // Words that are not drawn, such as the names of steps that are too short for them.
+      .filter((each) => parse(getComputedStyle(each).color)[3] > 0)
       .map((each) => {
         const style = getComputedStyle(each);
         const back = behind(each);

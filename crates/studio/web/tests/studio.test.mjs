@@ -1,78 +1,23 @@
 // The page with the program behind it, in a browser: a harness that is loaded, taken hold of, saved, computed anew by `run`, whose joint
 // model is swapped, and whose server goes and comes back. WIRELOOM names the program (else target/debug/wireloom).
 import assert from "node:assert/strict";
-import { spawn, spawnSync } from "node:child_process";
-import { copyFileSync, existsSync, mkdtempSync, readFileSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { spawnSync } from "node:child_process";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
 import { faults, launch, pixels, settled, shots } from "./browser.mjs";
-
-const root = fileURLToPath(new URL("../../../../", import.meta.url));
-const program = process.env.WIRELOOM ?? join(root, "target/debug/wireloom");
-const absent = existsSync(program) ? false : `${program} is not there: cargo build -p wireloom-cli`;
+import { absent, endAll, environment, folder, open, program, quiet, scenario, studio } from "./program.mjs";
 
 let browser;
-let folder;
-const running = new Set();
-const environment = () => ({ ...process.env, XDG_STATE_HOME: join(folder, "state"), LOCALAPPDATA: join(folder, "state") });
 
-before(async () => {
-  browser = await launch();
-  folder = mkdtempSync(join(tmpdir(), "wireloom-studio-"));
-});
+before(async () => (browser = await launch()));
 
 after(async () => {
-  for (const child of running) child.kill("SIGKILL");
+  endAll();
   await browser?.close();
 });
 
-/** A copy of a scenario, so that what is remembered of it is of this test alone. */
-function scenario(name) {
-  const file = join(mkdtempSync(join(folder, "scenario-")), name.split("/").pop());
-  copyFileSync(join(root, "scenarios", name), file);
-  return file;
-}
-
-/** Starts a studio; resolves with its address and what ends it. */
-function studio(what, ...more) {
-  const child = spawn(program, ["studio", what, "--no-open", ...more], { env: environment(), stdio: ["ignore", "pipe", "pipe"] });
-  running.add(child);
-  const ended = new Promise((resolve) => child.on("exit", (code) => (running.delete(child), resolve(code))));
-  return new Promise((resolve, reject) => {
-    let said = "";
-    const hear = (chunk) => {
-      said += chunk;
-      const address = said.match(/http:\/\/\S+/)?.[0];
-      if (address) resolve({ address, stop: () => (child.kill("SIGINT"), ended), kill: () => (child.kill("SIGKILL"), ended) });
-    };
-    child.stdout.on("data", hear);
-    child.stderr.on("data", hear);
-    ended.then((code) => reject(new Error(`studio ended with ${code}: ${said}`)));
-  });
-}
-
-async function opened(address) {
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
-  const found = faults(page);
-  await page.goto(address);
-  await quiet(page);
-  return { page, found };
-}
-
-/** Waits until nothing is computed and all that there is has come. */
-async function quiet(page) {
-  await page.waitForFunction(
-    () => {
-      const { store, hands } = window.wireloom;
-      const newest = store.newest();
-      return store.session && store.session.busy === null && !hands.dragging && store.timeline.frames > 0 && store.shown?.header.frame === newest && store.following;
-    },
-    null,
-    { timeout: 60_000, polling: 50 },
-  );
-}
+const opened = (address) => open(browser, address);
 
 const at = (page, name) => page.evaluate((name) => window.wireloom.toScreen(window.wireloom.hands.at(name).at.position), name);
 const position = (page, name) => page.evaluate((name) => window.wireloom.hands.at(name).at.position, name);
@@ -111,9 +56,9 @@ function distance(a, b) {
   return greatest;
 }
 
-/** Saves with Ctrl S, and has `run` carry out what was saved. */
+/** Downloads a copy, and has `run` carry it out. */
 async function saved(page, name) {
-  const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("Control+s")]);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#copy").click()]);
   const file = join(folder, name);
   await download.saveAs(file);
   const out = join(folder, `${name}.out`);

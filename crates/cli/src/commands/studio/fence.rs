@@ -1,0 +1,110 @@
+//! Files that the texts of a session may name. Its first text comes from the user's file and may name any; texts that
+//! pages send may name those, and files within the scenario's folder.
+
+use crate::files::load::Beside;
+use std::collections::BTreeSet;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wireloom::scenario::Files;
+
+/// Files of a session; clones share what is known.
+#[derive(Clone)]
+pub struct Fence {
+    beside: Arc<Beside>,
+    folder: PathBuf,
+    named: Arc<Mutex<Named>>,
+}
+
+/// Files that were named so far.
+#[derive(Default)]
+struct Named {
+    paths: BTreeSet<String>,
+    /// Whether further ones must lie within the folder.
+    closed: bool,
+}
+
+impl Fence {
+    /// The files of the scenario at `path`, all of them until the fence is closed.
+    pub fn of(path: &Path) -> Self {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Self { beside: Arc::new(Beside::of(path)), folder: folder.to_owned(), named: Arc::default() }
+    }
+
+    /// From now on only files that are known, or lie within the folder.
+    pub fn close(&self) {
+        self.named().closed = true;
+    }
+
+    fn named(&self) -> MutexGuard<'_, Named> {
+        // No critical section leaves it half changed.
+        self.named.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn pass(&self, path: &str) -> Result<(), String> {
+        let mut named = self.named();
+        if !named.closed {
+            named.paths.insert(path.to_owned());
+            return Ok(());
+        }
+        if named.paths.contains(path) || self.is_within(path) {
+            return Ok(());
+        }
+        Err("it is not in the scenario's folder; name it in the file and start `wireloom studio` anew".to_owned())
+    }
+
+    /// Whether a path leads to a file within the folder, links followed, or to none.
+    fn is_within(&self, path: &str) -> bool {
+        let plain = Path::new(path).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        let inside = || match (self.folder.join(path).canonicalize(), self.folder.canonicalize()) {
+            (Ok(file), Ok(folder)) => file.starts_with(folder),
+            // There is no such file: what reads it says so.
+            (Err(_), _) => true,
+            (_, Err(_)) => false,
+        };
+        plain && inside()
+    }
+}
+
+impl Files for Fence {
+    fn read(&self, path: &str) -> Result<String, String> {
+        self.pass(path)?;
+        self.beside.read(path)
+    }
+
+    fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
+        self.pass(path)?;
+        self.beside.bytes(path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn texts_of_pages_name_files_of_the_folder_and_those_that_the_file_has_named() {
+        let place = tempfile::tempdir().expect("a folder");
+        let inner = place.path().join("inner");
+        fs::create_dir(&inner).expect("made");
+        for (name, text) in [("out.toml", "o"), ("secret.toml", "s"), ("inner/in.toml", "i"), ("inner/y.toml", "y")] {
+            fs::write(place.path().join(name), text).expect("written");
+        }
+        let fence = Fence::of(&inner.join("y.toml"));
+        assert_eq!(fence.read("../out.toml").as_deref(), Ok("o"), "the user's own file names it");
+        fence.close();
+        assert_eq!(fence.read("../out.toml").as_deref(), Ok("o"));
+        assert_eq!(fence.read("in.toml").as_deref(), Ok("i"));
+        let secret = place.path().join("secret.toml");
+        for path in ["../secret.toml", "./../secret.toml", "in/../../secret.toml", secret.to_str().expect("UTF-8")] {
+            assert!(fence.read(path).is_err_and(|said| said.contains("scenario's folder")), "{path}");
+            assert!(fence.bytes(path).is_err(), "{path}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&secret, inner.join("link.toml")).expect("a link");
+            assert!(fence.read("link.toml").is_err_and(|said| said.contains("scenario's folder")));
+        }
+        assert!(fence.read("none.toml").is_err_and(|said| !said.contains("scenario's folder")));
+    }
+}

@@ -1,0 +1,195 @@
+//! The scenario's file, as the studio writes it: what another program has written there is not replaced unasked.
+
+use crate::files::load;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wireloom::session::Refusal;
+use wireloom_studio::{Storage, StoreError};
+
+/// Longest name of a file, bytes.
+const LONGEST_NAME: usize = 120;
+
+/// The scenario's file.
+pub struct OnDisk {
+    path: PathBuf,
+    /// Its text as this program read or wrote it last.
+    known: String,
+    /// The text of another program that pages have been told of.
+    told: Option<String>,
+}
+
+/// The scenario's file, shared by the sessions of it.
+#[derive(Clone)]
+pub struct FileStorage(Arc<Mutex<OnDisk>>);
+
+impl FileStorage {
+    /// The file at `path`, which holds `text`.
+    pub fn new(path: &Path, text: &str) -> Self {
+        Self(Arc::new(Mutex::new(OnDisk { path: path.to_owned(), known: text.to_owned(), told: None })))
+    }
+
+    /// Its path.
+    pub fn path(&self) -> PathBuf {
+        self.disk().path.clone()
+    }
+
+    /// Name of the file, if another program has changed it since it was read, written or told of.
+    pub fn changed_outside(&self) -> Option<String> {
+        let mut disk = self.disk();
+        let text = load::text(&disk.path).ok()?;
+        if text == disk.known {
+            disk.told = None;
+            return None;
+        }
+        if disk.told.as_ref() == Some(&text) {
+            return None;
+        }
+        disk.told = Some(text);
+        Some(disk.name())
+    }
+
+    fn disk(&self) -> MutexGuard<'_, OnDisk> {
+        // No critical section leaves it half changed.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl OnDisk {
+    fn name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// Writes the file as a whole: after a crash it has the old or the new text.
+    fn write(&mut self, text: &str) -> Result<String, StoreError> {
+        // A link stays one.
+        let path = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
+        let mode = fs::metadata(&path).map(|data| data.permissions());
+        let partial = path.with_extension("toml.partial");
+        let written = fs::write(&partial, text).and_then(|()| match mode {
+            Ok(mode) => fs::set_permissions(&partial, mode),
+            Err(_) => Ok(()),
+        });
+        let written =
+            written.and_then(|()| fs::File::open(&partial)?.sync_all()).and_then(|()| fs::rename(&partial, &path));
+        if let Err(error) = written {
+            let _ = fs::remove_file(&partial);
+            let message = format!("cannot write {}: {error}", self.path.display());
+            return Err(StoreError::Refused(Refusal::new(message, "save it under another name, or download a copy")));
+        }
+        self.known = text.to_owned();
+        self.told = None;
+        Ok(self.name())
+    }
+}
+
+/// The path of another file of the same folder.
+fn beside(path: &Path, name: &str) -> Result<PathBuf, Refusal> {
+    let plain = !name.contains(['/', '\\', ':', '\0']) && !name.starts_with('.') && name.len() <= LONGEST_NAME;
+    if !plain || name.trim() != name || name.strip_suffix(".toml").is_none_or(str::is_empty) {
+        let message = format!("{name:?} is no name for the file of a scenario");
+        return Err(Refusal::new(message, "give a name without a folder that ends in .toml, such as \"harness.toml\""));
+    }
+    Ok(path.with_file_name(name))
+}
+
+impl Storage for FileStorage {
+    fn store(&mut self, text: &str, name: Option<&str>, replace: bool) -> Result<String, StoreError> {
+        let mut disk = self.disk();
+        let Some(name) = name.filter(|name| *name != disk.name()) else {
+            let changed = match load::text(&disk.path) {
+                Ok(there) => there != disk.known && there != text,
+                // It was removed: then it is written anew. What cannot be read is not replaced unasked.
+                Err(_) => disk.path.exists(),
+            };
+            if changed && !replace {
+                return Err(StoreError::Changed { name: disk.name() });
+            }
+            return disk.write(text);
+        };
+        let path = beside(&disk.path, name).map_err(StoreError::Refused)?;
+        if path.exists() && !replace {
+            return Err(StoreError::Exists { name: name.to_owned() });
+        }
+        let mut other = OnDisk { path, known: String::new(), told: None };
+        let written = other.write(text)?;
+        *disk = other;
+        Ok(written)
+    }
+
+    fn reload(&mut self) -> Result<String, Refusal> {
+        let mut disk = self.disk();
+        let text = load::text(&disk.path);
+        let text = text.map_err(|failure| Refusal::new(failure.to_string(), "save the scenario to write it anew"))?;
+        disk.known.clone_from(&text);
+        disk.told = None;
+        Ok(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_another_program_has_written_is_not_replaced_unasked() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("y.toml");
+        let there = |path: &Path| fs::read_to_string(path).expect("a file");
+        fs::write(&path, "a = 1").expect("written");
+        let mut storage = FileStorage::new(&path, "a = 1");
+        assert_eq!(storage.store("a = 2", None, false).as_deref(), Ok("y.toml"));
+        assert_eq!((there(&path).as_str(), storage.changed_outside()), ("a = 2", None));
+        fs::write(&path, "a = 3").expect("written");
+        assert_eq!(storage.changed_outside().as_deref(), Some("y.toml"));
+        assert_eq!(storage.changed_outside(), None, "once is enough");
+        let conflict = Err(StoreError::Changed { name: "y.toml".to_owned() });
+        assert_eq!(storage.store("a = 4", None, false), conflict);
+        assert_eq!(there(&path), "a = 3");
+        assert_eq!(storage.store("a = 4", None, true).as_deref(), Ok("y.toml"));
+        fs::write(&path, "a = 5").expect("written");
+        assert_eq!(storage.reload().as_deref(), Ok("a = 5"));
+        assert_eq!(storage.store("a = 6", None, false).as_deref(), Ok("y.toml"), "it was read in between");
+        fs::remove_file(&path).expect("removed");
+        assert_eq!(storage.store("a = 7", None, false).as_deref(), Ok("y.toml"), "nothing is replaced");
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1, "no partial file is left");
+    }
+
+    #[test]
+    fn another_name_stays_in_the_folder_and_replaces_nothing_unasked() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("y.toml");
+        fs::write(&path, "a = 1").expect("written");
+        fs::write(folder.path().join("z.toml"), "b = 1").expect("written");
+        let mut storage = FileStorage::new(&path, "a = 1");
+        for name in
+            ["../z.toml", "/etc/z.toml", ".toml", ".z.toml", "z", "z.tom", "c:z.toml", " z.toml", "a\\z.toml", ""]
+        {
+            let refused = storage.store("a = 2", Some(name), true);
+            assert!(matches!(refused, Err(StoreError::Refused(_))), "{name}: {refused:?}");
+        }
+        let exists = Err(StoreError::Exists { name: "z.toml".to_owned() });
+        assert_eq!(storage.store("a = 2", Some("z.toml"), false), exists);
+        assert_eq!(storage.store("a = 2", Some("w.toml"), false).as_deref(), Ok("w.toml"));
+        assert_eq!(storage.path(), folder.path().join("w.toml"), "it is the file from now on");
+        assert_eq!(storage.store("a = 3", None, false).as_deref(), Ok("w.toml"));
+        let texts = ["y.toml", "w.toml"].map(|name| fs::read_to_string(folder.path().join(name)).expect("a file"));
+        assert_eq!(texts, ["a = 1", "a = 3"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_permissions_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, link) = (folder.path().join("y.toml"), folder.path().join("link.toml"));
+        fs::write(&path, "a = 1").expect("written");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).expect("set");
+        std::os::unix::fs::symlink(&path, &link).expect("a link");
+        let mut storage = FileStorage::new(&link, "a = 1");
+        assert_eq!(storage.store("a = 2", None, false).as_deref(), Ok("link.toml"));
+        assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
+        assert_eq!(fs::read_to_string(&path).expect("a file"), "a = 2");
+        assert_eq!(fs::metadata(&path).expect("there").permissions().mode() & 0o777, 0o640);
+    }
+}

@@ -1,0 +1,336 @@
+use super::*;
+use serde_json::json;
+
+const TEXT: &str = r#"# A harness.
+schema = 1
+
+[sections.cable] # of two wires
+diameter = "8 mm" # measured
+
+[[branches]] # the trunk
+name = "trunk"
+from = "A"
+to = "J" # the joint
+section = "cable"
+length = "600 mm" # by the drawing
+segments = 60
+
+[[branches]]
+name = "left"
+from = "J"
+to = "B"
+section = "cable"
+length = 0.4
+segments = 40
+
+[[branches]]
+name = "right"
+from = "J"
+to = "C"
+section = "cable"
+length = 0.4
+segments = 40
+
+[[joints]]
+name = "J"
+arms = [
+  { branch = "trunk", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind
+  { branch = "left", direction = [0.866, 0.5, 0], up = [0, 0, 1] },
+  { branch = "right", direction = [0.866, -0.5, 0], up = [0, 0, 1] },
+]
+wires = [{ between = ["trunk", "left"], share = 0.5 }, { between = ["trunk", "right"], share = 0.5 }]
+
+[[constraints]]
+name = "plug-A"
+kind = "connector"
+at = { end = "A" } # in the wall
+
+[[constraints]]
+name = "clip"
+kind = "collar"
+at = { branch = "trunk", s = "300 mm" }
+
+[[requirements]]
+name = "trunk bend"
+quantity = "bend_radius"
+of = { branch = "trunk" }
+min = "30 mm"
+steps = ["mate"]
+
+[[steps]] # first
+name = "mate"
+increments = 2
+release = ["clip"]
+[[steps.add]]
+name = "plug-B"
+kind = "connector"
+at = { end = "B" }
+
+[[steps]]
+name = "pull"
+[[steps.move]]
+constraint = "clip"
+position = [0, 0, 1]
+
+[sweep]
+vary = { "branches.trunk.length" = { from = 0.5, to = 0.7 } }
+"#;
+
+/// The lines that are in one text and not in the other, as often as they are: `-` those that went, `+` those that came.
+fn difference(before: &str, after: &str) -> Vec<String> {
+    let mut came: Vec<&str> = after.lines().collect();
+    let mut lines = Vec::new();
+    for line in before.lines() {
+        match came.iter().position(|other| *other == line) {
+            Some(k) => {
+                came.remove(k);
+            }
+            None => lines.push(format!("-{line}")),
+        }
+    }
+    lines.extend(came.into_iter().map(|line| format!("+{line}")));
+    lines.retain(|line| line.len() > 1);
+    lines
+}
+
+/// The line with the wires of a joint, whose first arm is this one.
+fn wires(sign: &str, arm: &str) -> &'static str {
+    let to = |other: &str| format!("{{ between = [\"{arm}\", \"{other}\"], share = 0.5 }}");
+    format!("{sign}wires = [{}, {}]", to("left"), to("right")).leak()
+}
+
+fn message(result: Result<String, Fault>) -> String {
+    result.map(|text| format!("taken: {text}")).unwrap_or_else(|fault| format!("{} - {}", fault.message, fault.help))
+}
+
+#[test]
+fn a_part_is_renamed_wherever_it_is_meant_and_nowhere_else() {
+    let text = renamed(TEXT, Part::Branch, "trunk", "main.1").expect("a branch");
+    assert_eq!(
+        difference(TEXT, &text),
+        [
+            "-name = \"trunk\"",
+            "-  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
+            wires("-", "trunk"),
+            "-at = { branch = \"trunk\", s = \"300 mm\" }",
+            "-of = { branch = \"trunk\" }",
+            "-vary = { \"branches.trunk.length\" = { from = 0.5, to = 0.7 } }",
+            "+name = \"main.1\"",
+            "+  { branch = \"main.1\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
+            wires("+", "main.1"),
+            "+at = { branch = \"main.1\", s = \"300 mm\" }",
+            "+of = { branch = \"main.1\" }",
+            "+vary = { 'branches.\"main.1\".length' = { from = 0.5, to = 0.7 } }",
+        ]
+    );
+    let text = renamed(TEXT, Part::Vertex, "J", "node").expect("a vertex");
+    assert_eq!(
+        difference(TEXT, &text),
+        [
+            "-to = \"J\" # the joint",
+            "-from = \"J\"",
+            "-from = \"J\"",
+            "-name = \"J\"",
+            "+to = \"node\" # the joint",
+            "+from = \"node\"",
+            "+from = \"node\"",
+            "+name = \"node\"",
+        ]
+    );
+    let text = renamed(TEXT, Part::Constraint, "clip", "clip-1").expect("a constraint");
+    assert_eq!(
+        difference(TEXT, &text),
+        [
+            "-name = \"clip\"",
+            "-release = [\"clip\"]",
+            "-constraint = \"clip\"",
+            "+name = \"clip-1\"",
+            "+release = [\"clip-1\"]",
+            "+constraint = \"clip-1\"",
+        ]
+    );
+    let text = renamed(TEXT, Part::Section, "cable", "wire").expect("a section");
+    assert!(text.contains("[sections.wire] # of two wires\ndiameter") && !text.contains("cable"), "{text}");
+    let text = renamed(TEXT, Part::Step, "mate", "plug in").expect("a step");
+    assert!(text.contains("steps = [\"plug in\"]") && text.contains("name = \"plug in\""), "{text}");
+    let said = |part, from, to| message(renamed(TEXT, part, from, to));
+    assert_eq!(said(Part::Branch, "trnk", "x"), "there is no branch \"trnk\" in the text - did you mean `trunk`?");
+    let taken = "there is already a constraint \"plug-B\" - choose another name";
+    assert_eq!(said(Part::Constraint, "clip", "plug-B"), taken);
+    assert!(said(Part::Branch, "left", " ").contains("must have a name"));
+}
+
+#[test]
+fn a_part_is_deleted_with_all_that_is_of_no_use_without_it() {
+    let text = without_part(TEXT, Part::Constraint, "clip").expect("a constraint");
+    assert_eq!(
+        difference(TEXT, &text),
+        [
+            "-[[constraints]]",
+            "-name = \"clip\"",
+            "-kind = \"collar\"",
+            "-at = { branch = \"trunk\", s = \"300 mm\" }",
+            "-release = [\"clip\"]",
+            "-[[steps.move]]",
+            "-constraint = \"clip\"",
+            "-position = [0, 0, 1]",
+            "+wait = true",
+        ]
+    );
+    let text = without_part(TEXT, Part::Branch, "right").expect("a branch");
+    let gone = difference(TEXT, &text);
+    assert!(
+        gone.contains(&"-to = \"C\"".to_owned())
+            && gone.iter().all(|line| line.starts_with('-') || line.contains("wires"))
+    );
+    assert!(text.contains("wires = [{ between = [\"trunk\", \"left\"], share = 0.5 }]"), "{text}");
+    // A joint with one branch is an end; what holds it holds that end.
+    let held = text.replace("at = { end = \"A\" }", "at = { joint = \"J\" }");
+    let text = without_part(&held, Part::Branch, "left").expect("a branch");
+    assert!(!text.contains("[[joints]]") && !text.contains("plug-B"), "{text}");
+    assert!(text.contains("at = { end = \"J\" }") && text.contains("# the joint"), "{text}");
+    let text = without_part(TEXT, Part::Requirement, "trunk bend").expect("a requirement");
+    assert!(!text.contains("requirements") && text.contains("[[steps]] # first"), "{text}");
+    assert!(message(without_part(TEXT, Part::Obstacle, "wall")).contains("there is no obstacle \"wall\""));
+}
+
+#[test]
+fn a_branch_is_split_and_what_attaches_behind_follows() {
+    let swept = TEXT.replace("[sweep]", "[other]");
+    let plain = &swept[..swept.find("[other]").unwrap()];
+    let text = with_split(plain, "trunk", 0.25, "trunk 2", "T").expect("inside it");
+    let mut found = difference(plain, &text);
+    let mut expected = vec![
+        "-to = \"J\" # the joint",
+        "-length = \"600 mm\" # by the drawing",
+        "-segments = 60",
+        "-  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
+        wires("-", "trunk"),
+        "-at = { branch = \"trunk\", s = \"300 mm\" }",
+        "+to = \"T\" # the joint",
+        "+length = \"250 mm\" # by the drawing",
+        "+segments = 25",
+        "+[[branches]]",
+        "+name = \"trunk 2\"",
+        "+from = \"T\"",
+        "+to = \"J\"",
+        "+section = \"cable\"",
+        "+length = \"350 mm\"",
+        "+segments = 35",
+        "+  { branch = \"trunk 2\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
+        wires("+", "trunk 2"),
+        "+[[joints]]",
+        "+name = \"T\"",
+        "+arms = [",
+        "+  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] },",
+        "+  { branch = \"trunk 2\", direction = [1, 0, 0], up = [0, 0, 1] },",
+        "+]",
+        "+at = { branch = \"trunk 2\", s = \"50 mm\" }",
+        "+[[requirements]]",
+        "+name = \"trunk bend (trunk 2)\"",
+        "+quantity = \"bend_radius\"",
+        "+of = { branch = \"trunk 2\" }",
+        "+min = \"30 mm\"",
+        "+steps = [\"mate\"]",
+    ];
+    expected.sort_unstable();
+    found.sort_unstable();
+    assert_eq!(found, expected, "{text}");
+    let behind = text.find("name = \"trunk 2\"").unwrap();
+    assert!(behind < text.find("name = \"left\"").unwrap(), "{text}");
+    // Exactly at the clip: the joint is what it holds.
+    let text = with_split(plain, "trunk", 0.3, "trunk 2", "T").expect("inside it");
+    assert!(text.contains("at = { joint = \"T\" }"), "{text}");
+    let said = |branch: &str, s: f64| message(with_split(plain, branch, s, "b2", "T"));
+    assert!(said("trunk", 0.6).contains("give a place inside it, between 0 and 0.6 m"), "{}", said("trunk", 0.6));
+    assert!(said("trunk", f64::NAN).contains("cannot be split"));
+    assert!(said("nothing", 0.1).contains("there is no branch"));
+    assert!(message(with_split(TEXT, "trunk", 0.1, "b2", "T")).contains("[sweep] varies branch \"trunk\""));
+    let wrapped =
+        format!("{plain}\n[[loads]]\nname = \"wind\"\nspan = {{ branch = \"left\", from = 0.1, to = 0.3 }}\n");
+    assert!(
+        message(with_split(&wrapped, "left", 0.2, "b2", "T"))
+            .contains("along a span of branch \"left\" across s = 0.2 m")
+    );
+    let behind = with_split(&wrapped, "left", 0.05, "b2", "T").expect("before the span");
+    assert!(behind.contains("span = { branch = \"b2\", from = 0.05, to = 0.25 }"), "{behind}");
+}
+
+#[test]
+fn a_drawn_path_is_divided_where_its_branch_is() {
+    let path = "path = [[0, 0, 0], [\"100 mm\", 0, 0], [0.1, 0.3, 0]]";
+    let text = format!("[[branches]]\nname = \"b\"\nfrom = \"A\"\nto = \"B\"\nlength = \"0.8 m\"\n{path}\n");
+    let text = with_split(&text, "b", 0.4, "b2", "J").expect("inside it");
+    assert!(text.contains("path = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0]]"), "{text}");
+    assert!(text.contains("path = [[0.1, 0.1, 0], [0.1, 0.3, 0]]") && text.contains("length = \"0.4 m\""), "{text}");
+}
+
+#[test]
+fn branches_are_added_at_joints_at_ends_and_inside_others() {
+    let new =
+        |from| NewBranch { name: "tap".into(), from, to: "D".into(), section: "cable".into(), length: json!("120 mm") };
+    let entry = [
+        "+[[branches]]",
+        "+name = \"tap\"",
+        "+to = \"D\"",
+        "+section = \"cable\"",
+        "+length = \"120 mm\"",
+        "+max_segment = \"10 mm\"",
+    ];
+    let added = |from: Option<Attachment>, more: &[&str], text: &str| {
+        let after = with_branch(text, &new(from)).expect("a place");
+        let mut expected: Vec<&str> = entry.iter().chain(more).copied().collect();
+        let mut found = difference(text, &after);
+        expected.sort_unstable();
+        found.sort_unstable();
+        assert_eq!(found, expected, "{after}");
+        after
+    };
+    let arm = "+  { branch = \"tap\", direction = [-1, 0, 0], up = [0, 0, 1] },";
+    added(Some(Attachment::Joint("J".into())), &[arm, "+from = \"J\""], TEXT);
+    let end = [
+        "-at = { end = \"B\" }",
+        "+at = { joint = \"B\" }",
+        "+from = \"B\"",
+        "+[[joints]]",
+        "+name = \"B\"",
+        "+arms = [",
+        "+  { branch = \"left\", direction = [-1, 0, 0], up = [0, 0, 1] },",
+        "+  { branch = \"tap\", direction = [1, 0, 0], up = [0, 0, 1] },",
+        "+]",
+    ];
+    added(Some(Attachment::End("B".into())), &end, TEXT);
+    added(None, &["+from = \"tap start\""], TEXT);
+    let text = with_branch(TEXT, &new(Some(Attachment::Branch("left".into(), 0.1)))).expect("a place");
+    assert!(text.contains("  { branch = \"tap\", direction = [0, -1, 0], up = [0, 0, 1] },\n]"), "{text}");
+    assert!(text.contains("name = \"left joint\"") && text.contains("name = \"left 2\""), "{text}");
+    let said = |from| message(with_branch(TEXT, &new(from)));
+    assert!(said(Some(Attachment::Joint("K".into()))).contains("there is no joint \"K\""));
+    assert!(said(Some(Attachment::End("J".into()))).contains("\"J\" is no free end: 3 branches end there"));
+    let taken = NewBranch { name: "left".into(), ..new(None) };
+    assert!(message(with_branch(TEXT, &taken)).contains("there is already a branch \"left\""));
+    let taken = NewBranch { to: "A".into(), ..new(None) };
+    assert!(message(with_branch(TEXT, &taken)).contains("there is already a vertex \"A\""));
+    assert_eq!(unused_name(TEXT, Part::Branch, "left").as_deref(), Ok("left 2"));
+    assert_eq!(unused_name(TEXT, Part::Vertex, "D").as_deref(), Ok("D"));
+}
+
+#[test]
+fn entries_and_keys_come_and_go_and_comments_stay() {
+    let ball = json!({ "name": "ball", "shape": "sphere", "radius": "30 mm", "position": [0.1, 0, 0] });
+    let text = with_entry(TEXT, "obstacles", &ball).expect("an entry");
+    let lines = "[[obstacles]]\nname = \"ball\"\nshape = \"sphere\"\nradius = \"30 mm\"\nposition = [0.1, 0, 0]\n";
+    assert!(text.contains(lines), "{text}");
+    assert_eq!(without_part(&text, Part::Obstacle, "ball").as_deref(), Ok(TEXT));
+    assert_eq!(without_key(&text, "obstacles.ball").as_deref(), Ok(TEXT));
+    let text = without_key(TEXT, "requirements.trunk bend.steps").expect("a key");
+    assert_eq!(difference(TEXT, &text), ["-steps = [\"mate\"]"]);
+    assert!(message(without_key(TEXT, "branches.x.length")).contains("names no key"));
+    assert!(message(with_entry(TEXT, "obstacles", &json!(3))).contains("3 is no entry"));
+    assert!(message(with_entry(TEXT, "schema", &ball)).contains("`schema` is no list"));
+    let inline = "loads = [\n  { name = \"a\" },\n]\n";
+    let text = with_entry(inline, "loads", &json!({ "name": "b" })).expect("an entry");
+    assert_eq!(text, "loads = [\n  { name = \"a\" },\n  { name = \"b\" },\n]\n");
+    assert_eq!(as_json("a = [1, { b = \"c\" }]"), Ok(json!({ "a": [1, { "b": "c" }] })));
+    assert!(as_json("a = ").is_err());
+}

@@ -1,0 +1,168 @@
+// Looking at a harness: parts hidden and found by name, a cut, measures, the range of the colours. On a page that replays a made-up run,
+// whose shape is known.
+import assert from "node:assert/strict";
+import { mkdtempSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { readFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { faults, launch, pixels, poorContrast, settled, shots } from "./browser.mjs";
+import { HOSTILE, made, page as replay } from "./recording.mjs";
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+let browser;
+before(async () => (browser = await launch()));
+after(() => browser?.close());
+
+async function opened(options = {}) {
+  const file = join(mkdtempSync(join(tmpdir(), "wireloom-inspect-")), "replay.html");
+  writeFileSync(file, replay(made()));
+  const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
+  const found = faults(page);
+  await page.goto(`file://${file}`);
+  await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
+  await page.evaluate(() => document.querySelectorAll("#panels details").forEach((each) => (each.open = ["parts", "measure"].some((id) => each.contains(document.getElementById(id))))));
+  return { page, found };
+}
+
+/** How many pixels of the harness are coloured, without what lies over the picture. */
+const coloured = async (page) => {
+  await page.evaluate(() => document.querySelectorAll("#stage > :not(canvas)").forEach((each) => (each.style.visibility = "hidden")));
+  await settled(page);
+  const png = await page.locator("#stage canvas").screenshot();
+  await page.evaluate(() => document.querySelectorAll("#stage > :not(canvas)").forEach((each) => (each.style.visibility = "")));
+  return (await pixels(browser, png)).coloured;
+};
+const choose = (page, chosen) => page.evaluate((chosen) => window.wireloom.hands.choose(chosen), chosen);
+const measured = (page) => page.locator("#measured").evaluate((list) => Object.fromEntries([...list.querySelectorAll("dt")].map((name) => [name.textContent, name.nextElementSibling.textContent])));
+
+test("parts are found by name and pattern, hidden, isolated and shown again", async () => {
+  const { page, found } = await opened();
+  const all = await coloured(page);
+  assert.match(await page.locator("#parts [role=status]").innerText(), /^9 of 9 parts$/);
+  await page.locator("#find-part").fill("plug");
+  assert.match(await page.locator("#parts [role=status]").innerText(), /^2 of 9 parts$/);
+  await page.locator("#find-part").fill("plug-?");
+  assert.equal(await page.locator("#parts li").count(), 2);
+  await page.locator("#find-part").fill("trunk*");
+  await page.locator("#only-found").click();
+  assert.match(await page.locator("#parts [role=status]").innerText(), /8 hidden/);
+  const isolated = await coloured(page);
+  assert.ok(isolated < 0.8 * all && isolated > 0.1 * all, `${isolated} of ${all} pixels`);
+  // What is not to be seen cannot be chosen with the mouse, nor by the keyboard.
+  const place = await page.evaluate(() => window.wireloom.toScreen([0, 1, 2].map((axis) => window.wireloom.store.shown.nodes[(61 * 2 + 30) * 12 + axis])));
+  await page.mouse.click(place.x, place.y);
+  assert.equal(await page.evaluate(() => window.wireloom.hands.chosen), null);
+  await page.locator("#show-all").click();
+  assert.equal(await coloured(page), all);
+  await page.locator("#hide-found").click();
+  assert.ok((await coloured(page)) < all);
+  await page.getByLabel("Show branch trunk").check();
+  assert.equal(await coloured(page), all);
+  // A name leads to its part; a name that would be markup is text.
+  await page.locator("#find-part").fill("onerror");
+  await page.locator("#parts li button").click();
+  assert.deepEqual(await page.evaluate(() => window.wireloom.hands.chosen), { is: "point", branch: 1, s: 0.2 });
+  assert.equal(await page.evaluate(() => window.hacked), undefined);
+  assert.ok((await page.locator("#parts li").innerText()).includes(HOSTILE));
+  await page.screenshot({ path: `${shots}inspect-parts.png` });
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+test("a cut shows one side of a plane", async () => {
+  const { page, found } = await opened();
+  const all = await coloured(page);
+  await page.locator("#section-axis").selectOption("x");
+  assert.match(await page.locator("#section-words").innerText(), /^x ≤ \d+\.?\d* mm is shown$/);
+  const left = await coloured(page);
+  await page.locator("#section-side").check();
+  assert.match(await page.locator("#section-words").innerText(), /^x ≥ /);
+  const right = await coloured(page);
+  assert.ok(left > 0.1 * all && right > 0.1 * all && left + right < 1.2 * all, `${left} and ${right} of ${all} pixels`);
+  await page.locator("#section-at").evaluate((input) => {
+    input.value = "1";
+    input.dispatchEvent(new Event("input"));
+  });
+  const end = await coloured(page);
+  assert.ok(end < 0.3 * right, `${end} of ${right} pixels are left at the end`);
+  await page.screenshot({ path: `${shots}inspect-cut.png` });
+  await page.locator("#section-axis").selectOption("");
+  assert.equal(await coloured(page), all);
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+test("two places have a distance, an arc length, an angle and a clearance", async () => {
+  const { page, found } = await opened();
+  await page.locator("#stage").focus();
+  await page.keyboard.press("m");
+  assert.equal(await page.locator("#measure-on").getAttribute("aria-pressed"), "true");
+  await choose(page, { is: "point", branch: 0, s: 0.15 });
+  await choose(page, { is: "point", branch: 0, s: 0.45 });
+  const own = await measured(page);
+  // The curve of the recording: x = 0.6 u, y = 0.02 sin 6u, z = -0.072 sin πu, at u = 1/4 and 3/4.
+  const curve = (u) => [0.6 * u, 0.02 * Math.sin(6 * u), -0.072 * Math.sin(Math.PI * u)];
+  const by = curve(0.75).map((x, k) => x - curve(0.25)[k]);
+  assert.ok(Math.abs(Number.parseFloat(own.distance) - 1000 * Math.hypot(...by)) < 0.06, own.distance);
+  assert.equal(own["arc length"], "300.0 mm");
+  assert.ok(Math.abs(Number.parseFloat(own["least clearance"]) - (50 - 45)) < 0.1 && own["least clearance"].endsWith("at s = 300.0 mm"), own["least clearance"]);
+  const slope = (u) => [0.6, 0.12 * Math.cos(6 * u), -0.072 * Math.PI * Math.cos(Math.PI * u)];
+  const [p, q] = [slope(0.25), slope(0.75)];
+  const angle = (Math.acos(p.reduce((sum, x, k) => sum + x * q[k], 0) / Math.hypot(...p) / Math.hypot(...q)) * 180) / Math.PI;
+  // Between nodes, not of the curve: half a segment off, 0.8 degrees here.
+  assert.ok(Math.abs(Number.parseFloat(own["angle of the cables"]) - angle) < 1, `${own["angle of the cables"]}, ${angle}`);
+  // It follows the frames; a place that is not there is told.
+  await choose(page, { is: "constraint", name: "hand" });
+  assert.match((await measured(page)).to, /^hand$/);
+  await page.locator("#stage").focus();
+  await page.keyboard.press("Home");
+  assert.match((await measured(page)).to, /not there in this frame|hand/);
+  await page.keyboard.press("End");
+  await settled(page);
+  await page.screenshot({ path: `${shots}inspect-measure.png` });
+  await page.locator("#measure-clear").click();
+  assert.deepEqual(await measured(page), { "": "Choose the first place." });
+  await page.locator("#measure-on").click();
+  await choose(page, { is: "point", branch: 0, s: 0.1 });
+  assert.deepEqual(await measured(page), {});
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+test("the range of the colours is typed, kept for its quantity, and found again", async () => {
+  const { page, found } = await opened();
+  assert.equal(await page.locator("#range").isVisible(), false, "bend radii are coloured by their limits");
+  await page.locator("#quantity").selectOption("tension");
+  const automatic = await page.locator("#range-high").inputValue();
+  await page.locator("#range-low").fill("1");
+  await page.locator("#range-low").blur();
+  await page.locator("#range-high").fill("2");
+  await page.locator("#range-high").blur();
+  assert.match(await page.locator("#scale .ticks").innerText(), /1\.00 N[\s\S]*2\.00 N/);
+  await page.locator("#quantity").selectOption("moment");
+  await page.locator("#quantity").selectOption("tension");
+  assert.equal(await page.locator("#range-high").inputValue(), "2");
+  await page.locator("#range-high").fill("0");
+  await page.locator("#range-high").blur();
+  assert.match(await page.locator("#scale .ticks").innerText(), /2\.00 N/, "what is no range changes nothing");
+  await page.locator("#range-auto").click();
+  assert.equal(await page.locator("#range-high").inputValue(), automatic);
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
+test("its controls are accessible in light and dark", async () => {
+  for (const colorScheme of ["light", "dark"]) {
+    const { page, found } = await opened({ colorScheme });
+    await page.locator("#quantity").selectOption("tension");
+    await page.locator("#section-axis").selectOption("z");
+    assert.deepEqual(await poorContrast(page), []);
+    await page.evaluate(axe);
+    const violations = await page.evaluate(async () => (await window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] })).violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(" ")).slice(0, 4).join("; ")}`));
+    assert.deepEqual(violations, []);
+    assert.deepEqual(found, []);
+    await page.close();
+  }
+});
