@@ -72,8 +72,9 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
     if !(options.max_segment.is_finite() && options.max_segment > 0.0) {
         return Err(ImportError::MaxSegment { found: options.max_segment });
     }
-    if !(0.0..=1.0).contains(&options.memory) {
-        return Err(ImportError::Memory { found: options.memory });
+    let memory = options.memory_of_board();
+    if !(0.0..=1.0).contains(&memory) {
+        return Err(ImportError::Memory { found: memory });
     }
     let mut findings = Findings::default();
     let mut document = document::read(text, &options.selection, &mut findings)?;

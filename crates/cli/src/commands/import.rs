@@ -29,13 +29,13 @@ fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Fa
     }
 }
 
-/// The memory of the board; a harness as installed has none.
-fn memory(arguments: &KblArguments, arrangement: Arrangement) -> Result<f64, Failure> {
+/// The memory of the board, if given; a harness as installed has none.
+fn memory(arguments: &KblArguments, arrangement: Arrangement) -> Result<Option<f64>, Failure> {
     if arguments.memory.is_some() && arrangement == Arrangement::Installed {
         let message = "--memory says how much a harness keeps of its board; add --as board or --as assembly";
         return Err(Failure::Input(message.to_owned()));
     }
-    Ok(arguments.memory.unwrap_or(Options::default().memory))
+    Ok(arguments.memory)
 }
 
 /// Accuracy of a mesh whose user asks for none.

@@ -13,8 +13,9 @@ pub struct Options {
     /// The initial and the final arrangement of the scenario.
     pub arrangement: Arrangement,
     /// Which part of the angles of the board joints have at rest, 0 to 1, if the scenario begins there: 1 if the
-    /// harness is built flat and at rest on the board, 0 if its joints keep their drawn angles.
-    pub memory: f64,
+    /// harness is built flat and at rest on the board, 0 if its joints keep their drawn angles. `None`: 1 for
+    /// [`Arrangement::Board`], 0 for [`Arrangement::Assembly`], whose harness is to fit the vehicle.
+    pub memory: Option<f64>,
     /// Order of installation of [`Arrangement::Assembly`].
     pub order: Order,
     /// The modules that are imported.
@@ -30,11 +31,18 @@ impl Default for Options {
             max_segment: 0.010,
             accuracy: None,
             arrangement,
-            memory: 1.0,
+            memory: None,
             order,
             selection: Selection::All,
             name: None,
         }
+    }
+}
+
+impl Options {
+    /// [`Self::memory`], with its default.
+    pub(super) fn memory_of_board(&self) -> f64 {
+        self.memory.unwrap_or(if self.arrangement == Arrangement::Assembly { 0.0 } else { 1.0 })
     }
 }
 

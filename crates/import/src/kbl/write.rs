@@ -71,8 +71,8 @@ fn fraction(value: f64) -> String {
 /// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
 pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], findings: &mut Findings) -> String {
     let tree = Tree::new(harness);
-    let board =
-        (options.arrangement != Arrangement::Installed).then(|| board::lay(harness, &tree, options.memory, findings));
+    let board = (options.arrangement != Arrangement::Installed)
+        .then(|| board::lay(harness, &tree, options.memory_of_board(), findings));
     let mut out = String::new();
     header(&mut out, harness, options);
     let name_of = |vertex: usize| &harness.vertices[vertex].name;
@@ -520,7 +520,7 @@ fn header(out: &mut String, harness: &Harness, options: &Options) {
             out,
             "# On the board: paths are those there. At rest the arms of joints have the angles of the board, with a \
              memory of {}\n# (1: built flat and at rest there; 0: the drawn angles).",
-            significant(options.memory, 9)
+            significant(options.memory_of_board(), 9)
         ),
     };
     let _ = writeln!(out, "\nschema = 1\nname = {}", quoted(&harness.name));
