@@ -671,7 +671,7 @@ pub struct KblArguments {
     #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = KblArrangement::Installed)]
     pub arrangement: KblArrangement,
     /// Which part of the angles of the board the joints have at rest, with --as board or assembly: 1 if the harness is
-    /// built flat and at rest there, 0 if its joints keep their drawn angles [default: 1 with board, 0 with assembly]
+    /// built flat and at rest there, 0 if its joints keep their drawn angles [default: 1 with board, 0.3 with assembly]
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     pub memory: Option<f64>,
     /// Order in which an assembly installs connectors and clips [default: outward]

@@ -14,7 +14,8 @@ pub struct Options {
     pub arrangement: Arrangement,
     /// Which part of the angles of the board joints have at rest, 0 to 1, if the scenario begins there: 1 if the
     /// harness is built flat and at rest on the board, 0 if its joints keep their drawn angles. `None`: 1 for
-    /// [`Arrangement::Board`], 0 for [`Arrangement::Assembly`], whose harness is to fit the vehicle.
+    /// [`Arrangement::Board`], 0.3 for [`Arrangement::Assembly`]: with 1 arms that rest far from where they are drawn
+    /// have to bend within their joints.
     pub memory: Option<f64>,
     /// Order of installation of [`Arrangement::Assembly`].
     pub order: Order,
@@ -42,7 +43,7 @@ impl Default for Options {
 impl Options {
     /// [`Self::memory`], with its default.
     pub(super) fn memory_of_board(&self) -> f64 {
-        self.memory.unwrap_or(if self.arrangement == Arrangement::Assembly { 0.0 } else { 1.0 })
+        self.memory.unwrap_or(if self.arrangement == Arrangement::Assembly { 0.3 } else { 1.0 })
     }
 }
 
