@@ -1,5 +1,5 @@
 //! Rods of sections that are not linear: a linear rod on the staggered grid and, in every coupling, the laws of
-//! [`crate::coupling_law`], in every segment that of [`crate::rods::axial`].
+//! [`crate::coupling_law`], in every segment that of `rods::axial`.
 
 use crate::coupling_law::{Bent, CouplingLaw};
 use crate::kernel::BendTwist;

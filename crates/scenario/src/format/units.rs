@@ -429,7 +429,7 @@ mod tests {
     #[test]
     fn wrong_units_are_named() {
         let cases = [
-            ("600 s", Quantity::Length, "is measured in s, not a length"),
+            ("600 s", Quantity::Length, "is a time, not a length"),
             ("600 N", Quantity::Length, "is a force, not a length"),
             ("600", Quantity::Length, "has no unit"),
             ("600 mmm", Quantity::Length, "has the unknown unit `mmm`"),
