@@ -136,13 +136,8 @@ impl Studio {
         let mut queue = locked(&self.shared.queue);
         match &request {
             Request::Stop => self.shared.stop(),
-            // These requests restart the run.
-            Request::Set { .. }
-            | Request::Undo
-            | Request::Redo
-            | Request::Edit { .. }
-            | Request::Apply { .. }
-            | Request::Reload
+            // These requests restart the run. Edits wait: one that is refused must leave the run as it is.
+            Request::Set { .. } | Request::Undo | Request::Redo
                 if self.shared.finding_start.load(Ordering::Relaxed) =>
             {
                 self.shared.monitor.stop();

@@ -47,6 +47,7 @@ impl Tab {
                 Some(TabMessage::Notice(Notice::Timeline(timeline))) => self.timeline = Some(timeline),
                 Some(TabMessage::Notice(Notice::Session(session))) => self.session = Some(session),
                 Some(TabMessage::Notice(Notice::Sheet(sheet))) => self.sheet = Some(sheet),
+                Some(TabMessage::Notice(Notice::Document(_))) => {}
                 Some(TabMessage::Notice(notice)) => self.said.push(notice),
                 Some(TabMessage::Frame(bytes)) => self.frame = frame::decode(&bytes).map(|(header, _)| header),
                 None => self.woken.recv().expect("the studio is there"),

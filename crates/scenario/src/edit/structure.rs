@@ -6,6 +6,7 @@
 mod branches;
 mod delete;
 mod entries;
+mod part;
 mod rename;
 #[cfg(test)]
 mod tests;
@@ -18,60 +19,11 @@ use crate::format::keys;
 use branches::{add_arm, end_becomes_joint, spacing, split};
 use delete::{forget_constraint, of_steps, remove_branch, requirements, wait_in_empty_steps};
 use entries::{append, drop_empty_lists, is, names, refused, remove_in, retain, unknown, unused, vertices};
+use part::BEGINNINGS;
+pub use part::Part;
 use rename::rename;
 use std::collections::BTreeSet;
 use toml_edit::{InlineTable, Item, Value};
-
-/// A kind of parts that have names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// A branch.
-    Branch,
-    /// A vertex: an end or a joint.
-    Vertex,
-    /// A section.
-    Section,
-    /// A constraint, whether it acts from the start or begins with a step.
-    Constraint,
-    /// An obstacle.
-    Obstacle,
-    /// A requirement.
-    Requirement,
-    /// A load.
-    Load,
-    /// A step.
-    Step,
-}
-
-impl Part {
-    /// Its word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Part::Branch => "branch",
-            Part::Vertex => "vertex",
-            Part::Section => "section",
-            Part::Constraint => "constraint",
-            Part::Obstacle => "obstacle",
-            Part::Requirement => "requirement",
-            Part::Load => "load",
-            Part::Step => "step",
-        }
-    }
-
-    /// The list of its entries at the top level of a scenario.
-    fn list(self) -> &'static str {
-        match self {
-            Part::Branch => "branches",
-            Part::Vertex => "joints",
-            Part::Section => "sections",
-            Part::Constraint => "constraints",
-            Part::Obstacle => "obstacles",
-            Part::Requirement => "requirements",
-            Part::Load => "loads",
-            Part::Step => "steps",
-        }
-    }
-}
 
 /// A branch to be added.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,9 +39,6 @@ pub struct NewBranch {
     /// Its length as the file shall have it.
     pub length: serde_json::Value,
 }
-
-/// Tables of the step operations that begin a constraint.
-const BEGINNINGS: [&str; 4] = ["add", "grasp", "clip", "mate"];
 
 /// The text as JSON, with every value as it is written.
 ///

@@ -17,8 +17,8 @@ use wireloom::session::{DrivenHarness, Monitor, Refusal};
 
 /// Largest text that is taken, bytes: a harness of some thousand branches.
 pub(crate) const MAX_TEXT: usize = 4 << 20;
-/// Keys at the top level that no equilibrium depends on.
-const WITHOUT_EFFECT: [&str; 5] = ["steps", "name", "sweep", "optimise", "output"];
+/// Keys at the top level that no equilibrium before a changed step depends on.
+const WITHOUT_EFFECT: [&str; 4] = ["steps", "name", "sweep", "optimise"];
 
 /// Files and kinds that texts of a session may name: what is needed to check a text.
 pub struct Known {

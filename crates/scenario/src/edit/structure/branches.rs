@@ -1,7 +1,7 @@
 //! Branches that are split, and branches that are added.
 
-use super::Part;
 use super::entries::{append, each_attachment, each_table, is, list, names, put, refused, unknown, vertices, word};
+use super::part::Part;
 use crate::edit::adjust::quoted;
 use crate::edit::record::{inline, number};
 use crate::fault::{Fault, did_you_mean};

@@ -1,7 +1,7 @@
 //! What is of no use without a part that is deleted.
 
-use super::BEGINNINGS;
 use super::entries::{each_attachment, is, list, retain, word};
+use super::part::BEGINNINGS;
 use std::collections::BTreeSet;
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 

@@ -1,6 +1,6 @@
 //! Lists and tables of a text, in whichever form they are written.
 
-use super::{BEGINNINGS, Part};
+use super::part::{BEGINNINGS, Part};
 use crate::edit::key_path;
 use crate::edit::record::{entry_of, name_of};
 use crate::fault::{Fault, did_you_mean};

@@ -1,7 +1,7 @@
 //! Names of parts, wherever they are meant.
 
 use super::entries::each_table;
-use super::{BEGINNINGS, Part};
+use super::part::{BEGINNINGS, Part};
 use crate::edit::adjust::quoted;
 use crate::edit::key_path;
 use toml_edit::{DocumentMut, Item, Key, TableLike, Value};
