@@ -644,7 +644,9 @@ fn import_small() -> Checked {
     let kbl = kbl.to_str().ok_or("a path of UTF-8")?;
     let ended = place.run(&["import", "kbl", kbl, "-o", "s.toml", "--spacing", "5 mm"])?.expect(0)?;
     ensure(ended.out.starts_with("wrote s.toml ("), &ended)?;
-    ensure(ended.err.lines().all(|line| line.starts_with("found: ")), &ended)?;
+    let (found, table) = ended.err.split_once("element of the file ").ok_or("no table of the elements")?;
+    ensure(found.lines().all(|line| line.starts_with("found: ")), &ended)?;
+    ensure(table.contains("Fixing_occurrence "), &ended)?;
     let printed = place.run(&["import", "kbl", kbl, "--spacing", "5 mm"])?.expect(0)?;
     ensure(printed.out == fs::read_to_string(place.path("s.toml"))?, "standard output differs from the file")?;
     place.run(&["run", "s.toml"])?.expect(0)?;

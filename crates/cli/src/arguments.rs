@@ -603,7 +603,13 @@ pub struct FormboardArguments {
     #[arg(long, value_name = "WxH", value_parser = values::board)]
     pub board: Option<[f64; 2]>,
     /// Distance between the surfaces of branches beside each other, in mm or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "5 mm", value_parser = values::millimetres)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "5 mm",
+        allow_negative_numbers = true,
+        value_parser = values::millimetres
+    )]
     pub gap: f64,
     /// Distance of the harness from the edges of the board, in mm or with a unit
     #[arg(long, value_name = "LENGTH", default_value = "50 mm", value_parser = values::millimetres)]

@@ -55,9 +55,9 @@ def test_what_is_built_is_the_document_of_a_file() -> None:
 
 def test_faults_are_those_of_a_file() -> None:
     h = built()
-    h.branch("tail", "B", "D", section="arms", length=-1.0, segments=4, colour="red")
+    h.branch("tail", "B", "D", section="arms", length=-1.0, segments=4, hue="red")
     said = " ".join(str(fault) for fault in h.scenario().check())
-    for part in ("colour", "arms", "-1"):
+    for part in ("hue", "arms", "-1"):
         assert part in said, said
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from pyvista import PolyData
+    from pyvista import PolyData as _PolyData
 
     from ._run import Step
 
@@ -15,7 +15,7 @@ FIELDS = ("s", "d1", "d3", "force", "moment", "bend_radius")
 """Fields of nodes that are taken over, by the names that branches give them."""
 
 
-def poly_data(step: Step) -> PolyData:
+def poly_data(step: Step) -> _PolyData:
     """A line for each branch, with the fields of its nodes."""
     import pyvista
 

@@ -25,7 +25,7 @@ from ._types import Source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from pyvista import PolyData
+    from pyvista import PolyData as _PolyData
 
 Array = npt.NDArray[np.float64]
 
@@ -635,7 +635,7 @@ class Run:
 
         write(self, path)
 
-    def to_pyvista(self, step: int = -1) -> PolyData:
+    def to_pyvista(self, step: int = -1) -> _PolyData:
         """An equilibrium as a `pyvista.PolyData`: a line for each branch, with the fields of its nodes.
 
         Point data: `s` (m), `d1`, `d3`, `force` (N), `moment` (N m), `bend_radius` (m), `radius` of the cable (m). Cell
