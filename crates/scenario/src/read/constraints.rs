@@ -3,7 +3,7 @@
 use super::entry::Entry;
 use super::fixing_types::{FixingType, of_part};
 use super::kinds;
-use super::mechanisms::{mount, refuse_turning};
+use super::mechanisms::refuse_turning;
 use super::names::{Names, register};
 use super::places::{attachment, facing, stretch};
 use crate::attachment::At;
@@ -42,7 +42,7 @@ pub(crate) fn constraint<'a>(
     let at = places.first().map(|place| place.0);
     let position = if own("position") { entry.vector("position") } else { None };
     let facing = if own("tangent") { facing(entry) } else { Facing::Left };
-    let mount = mount(entry, names);
+    let mount = names.mount(entry);
     let hold = hold(entry).or_else(|| of.as_ref()?.hold.clone());
     let free_axis = if own("free_axis") { entry.direction("free_axis").map(|axis| *axis) } else { None };
     let rails = if own("rail") { rails(entry) } else { Vec::new() };

@@ -10,6 +10,7 @@ use nalgebra::Unit;
 use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use wireloom_core::identity::Identity;
 use wireloom_core::{Quantity, Rotation, Vector};
 
 /// An entry of the file: a table, and the keys it may have.
@@ -177,6 +178,17 @@ impl<'a> Entry<'a> {
     /// true or false.
     pub fn flag(&self, name: &str) -> Option<bool> {
         self.node(name).and_then(|node| self.reader.flag(name, node))
+    }
+
+    /// Part number, description, supplier and colour.
+    pub fn identity(&self) -> Identity {
+        let word = |key: &str| self.word(key).map(str::to_owned);
+        Identity {
+            part: word("part"),
+            description: word("description"),
+            supplier: word("supplier"),
+            colour: word("colour"),
+        }
     }
 
     /// The values of a list; empty if it is left out or not a list.

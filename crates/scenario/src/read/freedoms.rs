@@ -3,6 +3,9 @@
 use wireloom_core::Quantity;
 use wireloom_core::mechanism::JointKind;
 
+/// Limits of a freedom that has none.
+pub(crate) const UNLIMITED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// Quantity of a freedom of a joint.
 pub(crate) fn quantity(kind: &JointKind, freedom: usize) -> Quantity {
     if kind.is_length(freedom) { Quantity::Length } else { Quantity::Angle }

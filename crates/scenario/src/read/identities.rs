@@ -4,18 +4,7 @@ use super::entry::Entry;
 use super::fixing_types::of_part;
 use super::names::{Names, lookup, register};
 use std::collections::{BTreeMap, BTreeSet};
-use wireloom_core::identity::{Component, Connection, Identified, Identities, Identity, WireEnd};
-
-/// The identity that an entry gives.
-pub(crate) fn identity(entry: &Entry<'_>) -> Identity {
-    let word = |key: &str| entry.word(key).map(str::to_owned);
-    Identity {
-        part: word("part"),
-        description: word("description"),
-        supplier: word("supplier"),
-        colour: word("colour"),
-    }
-}
+use wireloom_core::identity::{Component, Connection, Identified, Identities, WireEnd};
 
 /// Part numbers of constraints that no type of fixing has, each once.
 pub(crate) fn unmatched(names: &Names<'_>) -> Vec<String> {
@@ -94,7 +83,7 @@ fn component<'a>(
     Some(Component {
         name: name?.to_owned(),
         kind: word("kind"),
-        identity: identity(entry),
+        identity: entry.identity(),
         connector,
         cavity: word("cavity"),
         vertex: vertex.map(str::to_owned),
@@ -137,7 +126,7 @@ fn connection<'a>(
     Some(Connection {
         name: name?.to_owned(),
         signal: word("signal"),
-        identity: identity(entry),
+        identity: entry.identity(),
         wire: word("wire"),
         ends: ends.iter().map(end).collect(),
         branches: branches.into_iter().map(|(branch, _)| branch.to_owned()).collect(),

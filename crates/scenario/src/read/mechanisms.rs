@@ -3,7 +3,7 @@
 mod urdf;
 
 use super::entry::Entry;
-use super::freedoms::{quantity, shown};
+use super::freedoms::{UNLIMITED, quantity, shown};
 use super::kinds::Chosen;
 use super::names::{Names, register};
 use super::obstacles::{Placed, body};
@@ -17,7 +17,7 @@ use nalgebra::Unit;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use toml::de::DeValue;
-use urdf::{LinkForm, LinkShape};
+use urdf::shapes::{LinkForm, LinkShape};
 use wildmatch::WildMatch;
 use wireloom_core::mechanism::{JointKind, Mechanism, MechanismFault, MechanismJoint, Mount};
 use wireloom_core::obstacle::ShapeFile;
@@ -27,8 +27,6 @@ use wireloom_core::{Parameters, Pose, Rotation, Value, Vector};
 const GROUND: &str = "ground";
 /// Sine of the angle below which directions are parallel.
 const PARALLEL: f64 = 1e-3;
-/// Limits of a freedom that has none.
-const UNLIMITED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// Bodies and joints, with the place of each joint in the scenario.
 struct Parts {
@@ -366,13 +364,6 @@ pub(crate) fn refuse_turning(entry: &Entry<'_>, mount: Mount, directions: &[(&st
             entry.fault_at(key, message, help);
         }
     }
-}
-
-/// The body that an entry is mounted on, if any.
-pub(crate) fn mount(entry: &Entry<'_>, names: &Names<'_>) -> Option<Mount> {
-    entry.keys.get("mount")?;
-    let name = entry.word("mount")?;
-    names.bodies.find(entry, "body", name, entry.span_of("mount"))
 }
 
 /// The values that a list, or one number, gives to the freedoms of a joint.

@@ -2,7 +2,6 @@
 
 use super::entry::Entry;
 use super::fixing_types::Types;
-use super::identities::identity;
 use crate::fault::did_you_mean;
 use crate::span::Span;
 use std::borrow::{Borrow, Cow};
@@ -57,9 +56,16 @@ pub(crate) struct Names<'a> {
 }
 
 impl Names<'_> {
+    /// The body of a mechanism that an entry is mounted on, if any.
+    pub fn mount(&self, entry: &Entry<'_>) -> Option<Mount> {
+        entry.keys.get("mount")?;
+        let name = entry.word("mount")?;
+        self.bodies.find(entry, "body", name, entry.span_of("mount"))
+    }
+
     /// Notes the identity of a part, if its entry gives one. A constraint that begins again is the same part.
     pub fn identify(&mut self, entry: &Entry<'_>, of: Identified, name: Option<&str>) {
-        let identity = identity(entry);
+        let identity = entry.identity();
         let Some(name) = name.filter(|_| !identity.is_empty()).map(str::to_owned) else { return };
         let part = Part { of, name, identity };
         if !self.parts.contains(&part) {

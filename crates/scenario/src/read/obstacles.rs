@@ -2,7 +2,6 @@
 
 use super::entry::Entry;
 use super::kinds::{self, Chosen};
-use super::mechanisms::mount;
 use super::names::{Names, register};
 use super::places::facing;
 use crate::scenario::{Body, Facing};
@@ -44,7 +43,7 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
         let bytes = entry.reader.bytes(name, entry.span_of("mesh"))?;
         Some(ShapeFile { name: name.to_owned(), bytes, scale })
     });
-    let mount = mount(entry, names);
+    let mount = names.mount(entry);
     names.mounted_obstacles.extend(mount.map(|_| index));
     let sound = entry.reader.fault_count() == before;
     names.broken |= !sound;

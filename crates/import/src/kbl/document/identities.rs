@@ -1,13 +1,13 @@
 //! Part numbers and the like, components, and wires with their signals and cavities: what does not act is kept.
 
-use super::super::usage::{Element, Use};
 use super::{Location, Reader, Xml, child, child_text, children, text};
+use crate::kbl::usage::{Element, Use};
 use roxmltree::NodeId;
 use std::collections::{HashMap, HashSet};
 use wireloom_core::identity::Identity;
 
 /// An occurrence of a part in the harness.
-pub(in super::super) struct Listed {
+pub struct Listed {
     /// XML id.
     pub id: String,
     /// Readable `Id`.
@@ -21,7 +21,7 @@ pub(in super::super) struct Listed {
 }
 
 /// Where an occurrence sits, by XML ids.
-pub(in super::super) enum ListedPlace {
+pub enum ListedPlace {
     Node(String),
     Segment { id: String, from: Option<Location>, to: Option<Location> },
     In { component: String, cavity: Option<String> },
@@ -29,7 +29,7 @@ pub(in super::super) enum ListedPlace {
 
 /// End of a wire: the XML id of what it ends in, and part numbers.
 #[derive(Default)]
-pub(in super::super) struct End {
+pub struct End {
     /// Ids of the connector's elements, the inner ones first.
     pub within: Vec<String>,
     pub cavity: Option<String>,
@@ -38,7 +38,7 @@ pub(in super::super) struct End {
 }
 
 /// A wire, or a core of a cable, with what it connects.
-pub(in super::super) struct Wiring {
+pub struct Wiring {
     /// Readable `Id` of the connection, or the XML id of the wire.
     pub label: String,
     pub signal: Option<String>,

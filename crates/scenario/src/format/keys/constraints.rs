@@ -1,5 +1,6 @@
 //! Constraints and loads, and where they attach.
 
+pub(crate) use super::identities::NAME;
 use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
 use crate::format::limits::{ANY, DRAG_COEFFICIENT, FRICTION_COEFFICIENT, LOAD_FACTOR, POSITIVE};
@@ -22,7 +23,6 @@ pub(crate) const UP: Key =
     may("up", Form::Direction, "direction of d1; with tangent it gives the twist; projected if not orthogonal");
 pub(crate) const ORIENTATION: Key = may("orientation", Form::Orientation, "instead of tangent and up: the whole frame");
 
-pub(crate) const NAME: Key = must("name", Form::Name, "its name");
 pub(crate) const PLACE: Key = must("at", Form::Table(&AT), "where it attaches");
 pub(crate) const MOUNT: Key = may(
     "mount",

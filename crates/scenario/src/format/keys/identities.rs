@@ -1,10 +1,10 @@
 //! Identities: part numbers and the like, components that do not act, and electrical connections.
 
-use super::constraints::NAME;
-use crate::format::form::{Form, Key, Keys, may, with};
+use crate::format::form::{Form, Key, Keys, may, must, with};
 use crate::format::limits::NON_NEGATIVE;
 use wireloom_core::Quantity;
 
+pub(crate) const NAME: Key = must("name", Form::Name, "its name");
 pub(crate) const PART: Key = may("part", Form::Name, "part number, such as \"8K0 971 824\"");
 pub(crate) const DESCRIPTION: Key = may("description", Form::Name, "what the parts list calls it");
 pub(crate) const SUPPLIER: Key = may("supplier", Form::Name, "company that supplies it");

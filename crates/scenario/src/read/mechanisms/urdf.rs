@@ -4,25 +4,17 @@
 //! The file gives its joints at 0; the scenario may draw it with other values. Masses and transmissions are not read,
 //! shapes of links only where the scenario asks for them ([`shapes`]).
 
-mod shapes;
+mod file;
+pub(super) mod shapes;
 
-pub(super) use shapes::{LinkForm, LinkShape};
-
-use super::UNLIMITED;
-use crate::format::limits::ANY;
-use crate::read::freedoms::quantity;
+use crate::read::freedoms::{UNLIMITED, quantity};
+use file::{File, UrdfFault, child};
 use nalgebra::Unit;
 use roxmltree::{Document, Node};
-use std::borrow::Cow;
+use shapes::LinkShape;
 use wireloom_core::mechanism::{JointKind, MechanismJoint};
 use wireloom_core::rotation::orthogonal;
 use wireloom_core::{Pose, Quantity, Rotation, Vector};
-
-/// A fault of the file, with its line.
-pub(super) struct UrdfFault {
-    pub message: String,
-    pub help: Cow<'static, str>,
-}
 
 /// A joint as the file gives it.
 struct Given<'f> {
@@ -38,13 +30,6 @@ impl Given<'_> {
     fn has_one_freedom(&self) -> bool {
         self.node.attribute("type").is_some_and(|kind| ["revolute", "continuous", "prismatic"].contains(&kind))
     }
-}
-
-struct File<'f> {
-    document: &'f Document<'f>,
-    /// Path of the file, from the folder of the scenario.
-    path: &'f str,
-    faults: Vec<UrdfFault>,
 }
 
 /// What a file describes, in world coordinates.
@@ -80,11 +65,6 @@ pub(super) fn read(
 }
 
 impl<'f> File<'f> {
-    fn fault(&mut self, node: Node<'_, '_>, message: impl Into<String>, help: impl Into<Cow<'static, str>>) {
-        let row = self.document.text_pos_at(node.range().start).row;
-        self.faults.push(UrdfFault { message: format!("{row}: {}", message.into()), help: help.into() });
-    }
-
     fn read(&mut self, base: &Pose, shapes: Option<&str>, drawn: Drawn<'_>) -> Option<Robot> {
         let robot = self.document.root_element();
         if robot.tag_name().name() != "robot" {
@@ -184,15 +164,6 @@ impl<'f> File<'f> {
         Some(Robot { links: links.into_iter().map(str::to_owned).collect(), joints, shapes })
     }
 
-    fn attribute(&mut self, node: Node<'f, 'f>, name: &str) -> Option<&'f str> {
-        let value = node.attribute(name).filter(|value| !value.is_empty());
-        if value.is_none() {
-            let message = format!("<{}> has no `{name}`", node.tag_name().name());
-            self.fault(node, message, "add the attribute");
-        }
-        value
-    }
-
     fn given(&mut self, node: Node<'f, 'f>, links: &[&'f str]) -> Option<Given<'f>> {
         let name = self.attribute(node, "name");
         let mut link = |tag: &'static str| {
@@ -210,37 +181,6 @@ impl<'f> File<'f> {
         let (parent, child_link) = (link("parent"), link("child"));
         let origin = self.origin(node)?;
         Some(Given { node, name: name?, parent: parent?, child: child_link?, origin })
-    }
-
-    /// Three numbers of an attribute; `Some(None)` if it is left out.
-    fn vector(&mut self, node: Node<'f, 'f>, name: &str, quantity: Quantity) -> Option<Option<Vector>> {
-        let Some(text) = node.attribute(name) else { return Some(None) };
-        let numbers: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap_or(f64::NAN)).collect();
-        let [x, y, z] = numbers[..] else {
-            let help = "write three numbers, such as \"0 0 0.1\"";
-            self.fault(node, format!("{name}=\"{text}\" is not three numbers"), help);
-            return None;
-        };
-        let within = numbers.iter().all(|x| self.within(node, (name, text), *x, quantity));
-        within.then_some(Some(Vector::new(x, y, z)))
-    }
-
-    fn number(&mut self, node: Node<'f, 'f>, name: &str, quantity: Quantity) -> Option<Option<f64>> {
-        let Some(text) = node.attribute(name) else { return Some(None) };
-        let number = text.trim().parse().unwrap_or(f64::NAN);
-        self.within(node, (name, text), number, quantity).then_some(Some(number))
-    }
-
-    /// Whether a number of an attribute is one that its quantity can have.
-    fn within(&mut self, node: Node<'f, 'f>, (name, text): (&str, &str), x: f64, quantity: Quantity) -> bool {
-        let limits = ANY.of(quantity);
-        let within = (limits.minimum..=limits.maximum).contains(&x);
-        if !within {
-            let what = if x.is_nan() { "has what is not a number" } else { "is out of range" };
-            let help = format!("write numbers {}", limits.words(quantity));
-            self.fault(node, format!("{name}=\"{text}\" {what}"), help);
-        }
-        within
     }
 
     /// Kind of a joint, with its axis in the frame of the joint.
@@ -343,8 +283,4 @@ fn turned(kind: &JointKind, by: &Rotation) -> JointKind {
         JointKind::Floating(axes) => JointKind::Floating(by * axes),
         other => *other,
     }
-}
-
-fn child<'f>(node: Node<'f, 'f>, tag: &str) -> Option<Node<'f, 'f>> {
-    node.children().find(|child| child.has_tag_name(tag))
 }

@@ -1,13 +1,13 @@
 //! Shapes of the links: primitives, and the meshes that they name.
 
-use super::{File, child};
+use super::file::{File, child};
 use roxmltree::Node;
 use std::collections::BTreeMap;
 use std::path::Path;
-use wireloom_core::{Parameters, Pose, Quantity, Rotation, Value, Vector};
+use wireloom_core::{Parameters, Pose, Quantity, Value, Vector};
 
 /// A shape of a link.
-pub(in super::super) struct LinkShape {
+pub struct LinkShape {
     /// Index of the link.
     pub link: usize,
     /// In the world, as drawn.
@@ -18,7 +18,7 @@ pub(in super::super) struct LinkShape {
 }
 
 /// What it looks like.
-pub(in super::super) enum LinkForm {
+pub enum LinkForm {
     /// A kind of the registry.
     Solid { kind: &'static str, parameters: Parameters },
     /// A file, from the folder of the scenario, and the length of its unit, m.
@@ -36,15 +36,6 @@ impl<'f> File<'f> {
                 Some(LinkShape { link, pose, form: self.form(node)?, row })
             })
             .collect()
-    }
-
-    /// Its `<origin>`: the identity if it is left out.
-    pub(super) fn origin(&mut self, node: Node<'f, 'f>) -> Option<Pose> {
-        let Some(element) = child(node, "origin") else { return Some(Pose::identity()) };
-        let position = self.vector(element, "xyz", Quantity::Length)?.unwrap_or_default();
-        let angles = self.vector(element, "rpy", Quantity::Angle)?.unwrap_or_default();
-        // Fixed axes: roll about x, then pitch about y, then yaw about z.
-        Some(Pose { position, orientation: Rotation::from_euler_angles(angles.x, angles.y, angles.z) })
     }
 
     fn form(&mut self, node: Node<'f, 'f>) -> Option<LinkForm> {
