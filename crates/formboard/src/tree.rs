@@ -3,7 +3,7 @@
 use crate::clearance::{Pair, ROUND_OFF, Rules, breach};
 use crate::line::{Line, Point, unit, wrapped};
 use crate::unfold::Piece;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
 /// What the layout needs to know of a branch.
@@ -59,7 +59,8 @@ impl Tree {
                 }
             }
         }
-        let on_trunk = |ends: [usize; 2]| piece.trunk.windows(2).any(|w| w == ends || [w[1], w[0]] == ends);
+        let steps: HashSet<[usize; 2]> = piece.trunk.array_windows().copied().collect();
+        let on_trunk = |[a, b]: [usize; 2]| steps.contains(&[a, b]) || steps.contains(&[b, a]);
         let trunk: HashMap<usize, bool> = match piece.trunk.len() {
             0 => HashMap::new(),
             _ => at.values().flatten().map(|&k| (k, on_trunk(strands[k].ends))).collect(),

@@ -5,6 +5,7 @@ use super::findings::Findings;
 use super::harness::{Harness, Place};
 use super::tree::Tree;
 use nalgebra::UnitQuaternion;
+use std::collections::HashSet;
 use wireloom_formboard as formboard;
 use wireloom_formboard::{Options, Point};
 
@@ -52,7 +53,8 @@ pub(super) fn lay(harness: &Harness, tree: &Tree, memory: f64, findings: &mut Fi
     let points = flat.points.iter().map(raised).collect();
     let mut is_joint = vec![false; harness.vertices.len()];
     harness.joints.iter().for_each(|joint| is_joint[joint.vertex] = true);
-    let held = |vertex: usize| !tree.roots.contains(&vertex);
+    let roots: HashSet<usize> = tree.roots.iter().copied().collect();
+    let held = |vertex: usize| !roots.contains(&vertex);
     let pegs = flat.pegs.iter().filter_map(|peg| {
         let at = match peg.at {
             formboard::Place::Vertex(vertex) if is_joint[vertex] => held(vertex).then_some(Place::Joint(vertex))?,
