@@ -293,6 +293,7 @@ fn unknown_slide(left: &Entries<Slide>) -> Result<(), Refusal> {
 }
 
 /// Node fields of an equilibrium that are in another file: number of nodes of each branch, and checksum.
+#[cfg_attr(not(feature = "arrow"), expect(dead_code, reason = "only the reader of that file needs them"))]
 pub struct Apart {
     pub nodes: Vec<usize>,
     pub hash: String,
