@@ -112,42 +112,108 @@ fn what_is_not_drawn_does_not_deviate() {
     assert_eq!(run.drawn_start, None);
 }
 
-/// A cable that starts on a board at y = −0.5 and is carried to two plugs at y = 0, where it is drawn; `turns` are made
-/// on the way.
-fn carried(turns: f64) -> (String, Run) {
+/// An arm that is not drawn does not make a joint lie on its drawing: the hand holds it 80 mm beside that.
+#[test]
+fn a_joint_with_an_arm_that_is_not_drawn_is_held_elsewhere() {
+    let arms = "arms = [{ branch = \"left\", direction = [-1, 0, 0], up = [0, 0, 1] }, \
+                { branch = \"right\", direction = [1, 0, 0], up = [0, 0, 1] }]\n";
     let text = [
-        "schema = 1\nname = \"carried\"\n",
+        "schema = 1\nname = \"joint\"\n",
         &section("cable"),
-        &branch("cable", ["A", "B"], "cable", 0.4, 40),
-        "path = [[0, -0.5, 0], [0.4, -0.5, 0]]\n\
-         drawn = [[0, 0, 0], [0.1, 0, -0.07], [0.2, 0, -0.1], [0.3, 0, -0.07], [0.39, 0, 0]]\n",
-        &connector("plug-A", "A", [0.0, -0.5, 0.0]),
-        &connector("plug-B", "B", [0.4, -0.5, 0.0]),
-        "[[steps]]\nname = \"carry\"\nincrements = 20\n\
-         move = [{ constraint = \"plug-A\", position = [0, 0, 0] }, \
-         { constraint = \"plug-B\", position = [0.35, 0, 0]",
-        &format!(", turns = {turns:?} }}]\n"),
+        &branch("left", ["A", "J"], "cable", 0.3, 20),
+        "path = [[0, 0, 0], [0.3, 0, 0]]\n",
+        &branch("right", ["J", "B"], "cable", 0.1, 8),
+        "[[joints]]\nname = \"J\"\nmodel = \"fused\"\n",
+        arms,
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+        "[[constraints]]\nname = \"hand\"\nkind = \"handle\"\nat = { joint = \"J\" }\nposition = [0.28, 0, 0.08]\n",
     ]
     .concat();
+    let run = run(&text);
+    assert_eq!(run.status(), Status::Converged);
+    assert_eq!(deviation(&run).cause, Some(DeviationCause::HeldElsewhere { constraint: "hand".to_owned() }));
+}
+
+/// A run, compared with the drawn start.
+fn compared(text: &str) -> Run {
     let registry = wireloom::registry();
-    let (scenario, built) = wireloom::load(&text, &registry)
-        .unwrap_or_else(|faults| panic!("{}", wireloom::scenario::render(&text, &faults)));
+    let (scenario, built) = wireloom::load(text, &registry)
+        .unwrap_or_else(|faults| panic!("{}", wireloom::scenario::render(text, &faults)));
     let mut run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
     assert_eq!(run.status(), Status::Converged);
     run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry, &Monitor::default());
-    (text, run)
+    run
+}
+
+/// A cable that starts on a board at y = −0.5 and is carried to two plugs at y = 0, where it is drawn; `turns` are made
+/// on the way.
+fn carried(turns: f64) -> Run {
+    compared(
+        &[
+            "schema = 1\nname = \"carried\"\n",
+            &section("cable"),
+            &branch("cable", ["A", "B"], "cable", 0.4, 40),
+            "path = [[0, -0.5, 0], [0.4, -0.5, 0]]\n\
+             drawn = [[0, 0, 0], [0.1, 0, -0.07], [0.2, 0, -0.1], [0.3, 0, -0.07], [0.39, 0, 0]]\n",
+            &connector("plug-A", "A", [0.0, -0.5, 0.0]),
+            &connector("plug-B", "B", [0.4, -0.5, 0.0]),
+            "[[steps]]\nname = \"carry\"\nincrements = 20\n\
+             move = [{ constraint = \"plug-A\", position = [0, 0, 0] }, \
+             { constraint = \"plug-B\", position = [0.35, 0, 0]",
+            &format!(", turns = {turns:?} }}]\n"),
+        ]
+        .concat(),
+    )
+}
+
+/// A straight cable, whose centre line a turn of twist does not move.
+fn straight(far: &str, step: &str) -> Run {
+    compared(
+        &[
+            "schema = 1\nname = \"straight\"\ngravity = [0, 0, 0]\n",
+            &section("cable"),
+            &branch("cable", ["A", "B"], "cable", 0.4, 20),
+            "path = [[0, -0.5, 0], [0.4, -0.5, 0]]\ndrawn = [[0, 0, 0], [0.4, 0, 0]]\n",
+            &connector("plug-A", "A", [0.0, -0.5, 0.0]),
+            far,
+            "[[steps]]\nname = \"carry\"\nincrements = 10\nmove = [{ constraint = \"plug-A\", position = [0, 0, 0] }, ",
+            step,
+            "]\n",
+        ]
+        .concat(),
+    )
+}
+
+#[test]
+fn a_turn_that_remains_in_a_straight_cable_is_told() {
+    let far = connector("plug-B", "B", [0.4, -0.5, 0.0]);
+    let run = straight(&far, "{ constraint = \"plug-B\", position = [0.4, 0, 0], turns = 1 }");
+    let compared = run.drawn_start.expect("compared");
+    let [own] = &compared.branches[..] else { panic!("{compared:?}") };
+    assert!((own.turns.abs() - 1.0).abs() < 1e-6 && own.distance < 1e-6, "{compared:?}");
+    assert!(compared.why[0].contains("whole turns of twist"), "{compared:?}");
+}
+
+/// A result says where a spring holds the cable, not where it pulls to: from there it would be at rest.
+#[test]
+fn a_harness_on_a_spring_is_not_compared_as_if_the_spring_were_at_rest() {
+    let far = "[[constraints]]\nname = \"hand\"\nkind = \"handle\"\nat = { end = \"B\" }\n\
+               position = [0.4, -0.5, 0.2]\nstiffness = 5.0\n";
+    let run = straight(far, "{ constraint = \"hand\", position = [0.4, 0, 0.2] }");
+    let compared = run.drawn_start.expect("a word on it");
+    let why = compared.not_compared.expect("no comparison");
+    assert!(why.contains("\"hand\" is a spring"), "{why}");
 }
 
 /// A whole turn on the way remains in the cable, which winds out of its plane: the run says that it ends elsewhere, how
 /// far, and why. Without the turn it ends where it would from its drawn line.
 #[test]
 fn a_run_that_ends_elsewhere_than_from_the_drawn_start_says_so_and_why() {
-    let (_, straight) = carried(0.0);
-    let compared = straight.drawn_start.expect("compared");
+    let compared = carried(0.0).drawn_start.expect("compared");
     assert!(compared.not_compared.is_none() && compared.branches.is_empty(), "{compared:?}");
     assert!(compared.energy.is_some_and(|energy| energy.abs() < 1e-6), "{compared:?}");
 
-    let (_, turned) = carried(1.0);
+    let turned = carried(1.0);
     let compared = turned.drawn_start.as_ref().expect("compared");
     assert_eq!(compared.not_compared, None);
     let farthest = compared.branches.first().expect("it ends elsewhere");

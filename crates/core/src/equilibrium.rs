@@ -258,7 +258,7 @@ pub struct ObstacleResult {
 pub struct MechanismResult {
     /// Name.
     pub name: String,
-    /// Names of its joints, each with the values of its freedoms, rad and m; 0 as drawn.
+    /// Names of its joints, each with the values of its freedoms, rad and m.
     pub joints: Vec<(String, Vec<f64>)>,
 }
 
@@ -376,7 +376,7 @@ impl DeviationCause {
     }
 }
 
-/// Example: "nothing holds it between `clip-1` and `plug-B`: 812 mm of cable, which may lie up to 210 mm aside".
+/// Example: "too few constraints: none between `clip-1` and `plug-B`, 812 mm of cable that may lie up to 210 mm aside".
 impl fmt::Display for DeviationCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -404,7 +404,8 @@ pub struct DrawnStart {
     /// Why there is none to compare with; the rest is then empty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_compared: Option<String>,
-    /// Branches that end more than their diameter away from it, the farthest first.
+    /// Branches that end more than their diameter away from it, or with half a turn of twist more or less; the farthest
+    /// first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub branches: Vec<EndsElsewhere>,
     /// Energy at the end of the run less that of the equilibrium from the drawn lines, J.
@@ -431,11 +432,12 @@ impl DrawnStart {
             n => format!("{n} branches"),
         };
         let first = format!(
-            "the run ends elsewhere than from the drawn start: {count} by more than their diameter, `{}` by {:.0} mm \
-             at s = {:.0} mm",
+            "the run ends elsewhere than from the drawn start: {count} by more than the diameter or by half a turn of \
+             twist, `{}` by {:.0} mm at s = {:.0} mm and {:+.1} turns",
             farthest.name,
             1e3 * farthest.distance,
-            1e3 * farthest.s
+            1e3 * farthest.s,
+            farthest.turns
         );
         std::iter::once(first).chain(self.why.iter().cloned()).collect()
     }

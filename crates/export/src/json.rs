@@ -14,6 +14,11 @@
 //! 1/m), and the energy `dissipated` in the increment and, as `dissipated_in_all`, since the start (J). The
 //! `energy` of a step is what is stored.
 //!
+//! `deviation` of a branch with a drawn line: `median`, `max` (m), `s` of the largest and, where that exceeds the
+//! diameter, its `cause`: `kind` "held elsewhere" (`constraint`), "few constraints" (`between`, `free_length`, `room`,
+//! m) or "free end" (`from`, `free_length`). `drawn_start` compares the end of the run with the equilibrium from the
+//! drawn lines. `identities` has `parts`, `components` and `connections`.
+//!
 //! `provenance` names program, files (with their SHA-256), values set beside them, kinds of rods, joints, constraints
 //! and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same
 //! result.
@@ -46,7 +51,8 @@
 //! [`fields`](crate::fields).
 //!
 //! The types of `document` are the form, for writing and for reading; `convert` leads from and to [`Run`]. Readers
-//! refuse a field that is missing or not known, and name it with its path.
+//! refuse a field that is missing or not known, and name it with its path; within `identities` those that are not known
+//! are left out.
 
 mod comparison;
 mod convert;

@@ -5,6 +5,7 @@
 //! itself. Long sections are folded; printing unfolds them.
 
 mod compared;
+mod deviation;
 mod identities;
 mod layout;
 mod plots;
@@ -98,7 +99,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
                 (surroundings::obstacles(&ends))
                 (surroundings::clearances(&run.clearances))
                 (branches(&ends))
-                (identities::deviation(ends.last().copied(), run.drawn_start.as_ref()))
+                (deviation::deviation(ends.last().copied(), run.drawn_start.as_ref()))
                 (identities::identities(&run.identities))
                 @if !run.notes.is_empty() {
                     section id="notes" { h2 { "Notes" } ul { @for note in &run.notes { li { (note) } } } }

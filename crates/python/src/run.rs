@@ -88,12 +88,13 @@ impl Observer for Watcher {
 
 /// Reads, checks and carries out a scenario.
 fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
-    let Loaded { scenario, built, texts, hashed, .. } = source.load_with_mesh(&watcher.monitor)?;
+    let Loaded { scenario, built, texts, hashed, registry, .. } = source.load_with_mesh(&watcher.monitor)?;
     watcher.recipe = Some(Box::new(Recipe::of(&scenario, &built, texts, &hashed)));
     let schedule = &built.schedule;
     let scene = Box::new(scene::of(schedule, PROGRAM, &built.network));
     let mut run = wireloom::run_observed(built, None, watcher);
     run.plugins.extend(parts::libraries(&source.parts));
+    run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry, &watcher.monitor);
     let lost = || Failure::Internal("the files of the run are lost".to_owned());
     let recipe = watcher.recipe.take().ok_or_else(lost)?;
     let mut made = std::mem::take(&mut watcher.made);

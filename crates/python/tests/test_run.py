@@ -51,6 +51,30 @@ swept = "10 mm"
 """
 
 
+CARRIED = """
+path = [[0, -0.5, 0], [0.9, -0.5, 0]]
+drawn = [[0, 0, 0], [0.9, 0, 0]]
+"""
+
+
+def test_the_comparison_with_the_drawn_start_is_that_of_the_command_line(program: str, tmp_path: Path) -> None:
+    text = (SCENARIOS / "mechanisms" / "robot.toml").read_text()
+    cable, _ = text.split("[[mechanisms]]")
+    ends = (("wall", "wall", 0.0), ("plug", "far", 0.8))
+    plugs = "".join(
+        f'[[constraints]]\nname = "{name}"\nkind = "connector"\nat = {{ end = "{end}" }}\n'
+        f"position = [{x}, -0.5, 0]\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n"
+        for end, name, x in ends
+    )
+    moves = '[[steps]]\nname = "carry"\nincrements = 4\nmove = [{ constraint = "wall", position = [0, 0, 0] }, '
+    path = tmp_path / "carried.toml"
+    path.write_text(cable + CARRIED + plugs + moves + '{ constraint = "far", position = [0.8, 0, 0] }]\n')
+    subprocess.run([program, "run", "-q", path, "--out", tmp_path / "cli"], check=True)
+    own, other = Path(wireloom.load(path).run().save(tmp_path / "python")), tmp_path / "cli" / "result.json"
+    assert "drawn_start" in json.loads(own.read_text())
+    assert without_times(own.read_bytes()) == without_times(other.read_bytes())
+
+
 def test_all_files_are_those_of_the_command_line_byte_by_byte(program: str, tmp_path: Path) -> None:
     text = (SCENARIOS / "assembly" / "door.toml").read_text()
     assert "[output]" not in text

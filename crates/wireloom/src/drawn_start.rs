@@ -5,7 +5,9 @@
 //! equilibrium from there is compared with the end of the run.
 
 use wireloom_core::Status;
+use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{DrawnStart, EndsElsewhere, OperationResult, Run, SlideResult, StepResult};
+use wireloom_core::network::AttachedConstraint;
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::Step;
 use wireloom_core::{Monitor, Registry, Section, Vector};
@@ -40,6 +42,13 @@ pub fn compare_with_drawn_start(
         let built = from_drawn.build(registry).map_err(|faults| {
             faults.first().map_or_else(|| "it cannot be built".to_owned(), |fault| fault.message.clone())
         })?;
+        let is_spring = |own: &&AttachedConstraint| matches!(own.model.action(), Action::Potential(_));
+        if let Some(spring) = built.network.constraints.iter().find(is_spring) {
+            return Err(format!(
+                "constraint \"{}\" is a spring, and results do not say where it pulls to",
+                spring.name
+            ));
+        }
         let other = crate::run_observed(built, None, &mut Monitored(monitor));
         match (other.status(), other.steps.into_iter().next_back()) {
             (Status::Converged, Some(other)) => Ok(compare(end, &other)),
@@ -135,7 +144,9 @@ fn compare(end: &StepResult, other: &StepResult) -> DrawnStart {
             turned.push(format!("`{}` ({turns:+.1})", own.name));
         }
         let farthest = apart.max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((distance, s)) = farthest.filter(|(distance, _)| *distance > own.diameter) {
+        if let Some((distance, s)) =
+            farthest.filter(|(distance, _)| *distance > own.diameter || turns.abs() > ANOTHER_TURN)
+        {
             branches.push(EndsElsewhere { name: own.name.clone(), distance, s, turns });
         }
     }

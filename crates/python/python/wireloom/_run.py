@@ -406,7 +406,7 @@ class Step:
 
     @cached_property
     def mechanisms(self) -> Mapping[str, Mapping[str, list[float]]]:
-        """Mechanisms by name, each with the values of its joints by name: one for each freedom, rad or m, 0 as drawn."""
+        """Mechanisms by name, each with the values of its joints by name: one for each freedom, rad or m."""
         return MappingProxyType({name: MappingProxyType(dict(own)) for name, own in self._handle.mechanisms()})
 
     @cached_property

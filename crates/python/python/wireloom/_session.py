@@ -163,7 +163,7 @@ class Session:
 
         Args:
             joint: its name, or `MECHANISM/JOINT` where several have it.
-            value: where it goes, rad or m; 0 as drawn.
+            value: where it goes, rad or m.
 
         Raises:
             ScenarioError: it cannot get there: a limit is passed, or a loop does not close.

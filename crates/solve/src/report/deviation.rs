@@ -107,9 +107,10 @@ impl<'a> HeldPlaces<'a> {
                     let positions = &self.branches[of.branches[arm]].position;
                     positions[if of.arms[arm].starts_here { 0 } else { positions.len() - 1 }]
                 };
-                let offs = of.branches.iter().enumerate();
+                // An arm that is not drawn says nothing.
+                let offs = of.branches.iter().enumerate().filter(|(_, b)| self.network.branches[**b].drawn.len() >= 2);
                 let off = offs.map(|(arm, &b)| off(&self.network.branches[b].drawn, &end(arm)));
-                let off = off.fold(f64::INFINITY, f64::min);
+                let off = off.reduce(f64::min).unwrap_or(0.0);
                 self.at_joints[joint] = Some(Held { constraint, position: end(0), off });
             }
         }
