@@ -413,9 +413,10 @@ pub trait RodSegment: Send + Sync {
         0.0
     }
 
-    /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame), which
-    /// acts at once, 1/m; `None` where [`Section::bend_diagonal`] tells it.
-    fn curvature_under(&self, _moment: &Vector, _memory: &[f64]) -> Option<Vector> {
+    /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame) at the end
+    /// of an increment of this duration (s), 1/m; 0: the moment acts at once. `None` where [`Section::bend_diagonal`]
+    /// tells it.
+    fn curvature_under(&self, _moment: &Vector, _memory: &[f64], _duration: f64) -> Option<Vector> {
         None
     }
 }

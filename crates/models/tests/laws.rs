@@ -152,7 +152,7 @@ fn a_held_moment_creeps_and_recovers() {
         }
         let sprung = coupling.load(Vector::zeros(), 0.0).x;
         close(sprung, end - 0.1 / (EI + k), 1e-8, "after the moment is taken away");
-        let set = coupling.rod.curvature_under(&Vector::zeros(), &coupling.memory).expect("it creeps").x;
+        let set = coupling.rod.curvature_under(&Vector::zeros(), &coupling.memory, 0.0).expect("it creeps").x;
         close(set, sprung, 1e-8, "set");
         let mut left = 0.0;
         for _ in 0..increments {
@@ -217,7 +217,7 @@ fn a_curve_has_the_moments_of_its_table() {
         for [kappa, want] in TABLE.into_iter().chain([[10.0, 0.17]]) {
             let moment = coupling.moment(axis * kappa, 0.0);
             assert!((moment - axis * want).norm() <= 1e-8 * want, "{moment:?} at {kappa} about {axis:?}");
-            let found = coupling.rod.curvature_under(&(axis * want), &[]).expect("it has a curve");
+            let found = coupling.rod.curvature_under(&(axis * want), &[], 0.0).expect("it has a curve");
             assert!((found - axis * kappa).norm() <= 1e-12 * kappa, "{found:?} instead of {kappa}");
         }
     }
@@ -248,7 +248,7 @@ fn all_laws_act_in_parallel() {
         let section = Section { friction: friction.clone(), laws: all.clone(), ..section() };
         let law = CouplingLaw::of(&section);
         let exact = law.at(curvature, &together.memory, 0.0).moment() + Vector::z() * (GJ * curvature.z);
-        let found = together.rod.curvature_under(&exact, &together.memory).expect("it is not linear");
+        let found = together.rod.curvature_under(&exact, &together.memory, 0.0).expect("it is not linear");
         assert!((found - curvature).norm() <= 1e-9 * curvature.norm(), "{found:?} instead of {curvature:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 pub(crate) mod conflicts;
 pub(crate) mod freedoms;
-pub(crate) mod friction;
+pub(crate) mod laws;
 pub(crate) mod limits;
 pub(crate) mod optimise;
 pub(crate) mod temperature;

@@ -51,7 +51,7 @@ pub use scenario::{
 pub use settings::Setting;
 pub use span::{Span, Spans};
 
-use check::{conflicts, freedoms, friction, limits, temperature};
+use check::{conflicts, freedoms, laws, limits, temperature};
 use read::{document, reader, toml_text};
 use wireloom_core::Registry;
 
@@ -112,7 +112,7 @@ pub fn build_with_settings(
             Ok(own) => {
                 reader.faults(limits::refuse_contradictions(&scenario, &own.network));
                 reader.faults(conflicts::refuse_misplaced(&scenario, &own.network));
-                reader.faults(friction::refuse_without_effect(&scenario, &own.network));
+                reader.faults(laws::refuse_without_effect(&scenario, &own.network));
                 reader.faults(temperature::refuse_without_effect(&scenario, &own.network));
                 reader.faults(conflicts::refuse_contradictions(&scenario, &own.network));
                 let unheld = freedoms::refuse_unheld(&scenario, &own.network);

@@ -214,8 +214,8 @@ impl RodSegment for NonlinearRod {
         self.couplings(shape).zip(rooms).map(dissipated).sum()
     }
 
-    fn curvature_under(&self, moment: &Vector, memory: &[f64]) -> Option<Vector> {
+    fn curvature_under(&self, moment: &Vector, memory: &[f64], duration: f64) -> Option<Vector> {
         let [rest, stiffness] = self.linear.bending_law();
-        self.couplings.as_ref().map(|law| rest + law.strain_under(&stiffness, moment, memory))
+        self.couplings.as_ref().map(|law| rest + law.strain_under(&stiffness, moment, memory, duration))
     }
 }

@@ -55,7 +55,8 @@ pub(crate) fn section<'a>(
     let bending_curve = bending_curve(entry);
     let axial_points = axial_points(entry);
     let of_curve = axial_points.as_deref().and_then(stiffness_in_tension);
-    let axial_stiffness = or_rule(of_curve.or(entry.number("axial_stiffness")), |bundle| bundle.axial_stiffness);
+    let tension = of_curve.or(entry.number("axial_stiffness")).or(bundle.map(|bundle| bundle.axial_stiffness));
+    let axial_stiffness = tension.unwrap_or(1.0);
     let section = Section {
         name: name.to_owned(),
         diameter: or_rule(entry.number("diameter"), |bundle| bundle.diameter),
@@ -80,7 +81,7 @@ pub(crate) fn section<'a>(
         set: None,
         laws: SectionLaws {
             bending: bending_curve,
-            axial: axial_law(entry, axial_points.as_deref(), axial_stiffness),
+            axial: axial_law(entry, axial_points.as_deref(), tension),
             creep: entry.entry("creep").map(|entry| creep(&entry)).unwrap_or_default(),
             torsion_set: None,
         },
@@ -130,9 +131,10 @@ fn stiffness_in_tension(points: &[[f64; 2]]) -> Option<f64> {
     points.iter().find(|[strain, _]| *strain > 0.0).map(|[strain, force]| force / strain)
 }
 
-/// The axial law, if that is not EA alone.
-fn axial_law(entry: &Entry<'_>, points: Option<&[[f64; 2]]>, tension: f64) -> Option<AxialLaw> {
+/// The axial law, if that is not EA alone; `tension`: EA, unless it is faulty.
+fn axial_law(entry: &Entry<'_>, points: Option<&[[f64; 2]]>, tension: Option<f64>) -> Option<AxialLaw> {
     let compression = entry.number("compression_stiffness");
+    let tension = tension?;
     if let Some(compression) = compression {
         if points.is_some_and(|points| points[0][0] < 0.0) {
             let message = format!("{} has a `compression_stiffness` beside points of compression", entry.label);

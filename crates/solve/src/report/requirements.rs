@@ -73,7 +73,11 @@ impl<'a> Equilibrium<'a> {
             let moves = points.map(|k| (state.points[k] - began.points[k]).norm());
             moves.fold(0.0, f64::max)
         });
+        // Where the section twists linearly the twist follows from the moment.
         let rest_twists = (0..network.branches.len()).map(|b| {
+            if network.branches[b].section.twists_linearly() {
+                return 0.0;
+            }
             let at_rest = network.branches[b].rod.law().map_or(0.0, |law| law.curvature.z);
             at_rest + problem.shape(state, b).extra_curvature.first().map_or(0.0, |extra| extra.z)
         });

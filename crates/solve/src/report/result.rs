@@ -84,7 +84,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (Some(frame), Some(rest)) => {
                 let moment = shape.frames[frame].inverse() * coupling_moments[c];
                 let elastic = || rest + moment.component_div(&branch.section.bend_diagonal());
-                let kappa = branch.rod.curvature_under(&moment, memory_of(&shape, c)).unwrap_or_else(elastic);
+                let kappa = branch.rod.curvature_under(&moment, memory_of(&shape, c), shape.duration);
+                let kappa = kappa.unwrap_or_else(elastic);
                 shape.extra_curvature.get(c).map_or(kappa, |extra| kappa + extra)
             }
             _ => relative.scaled_axis() / lambda,
@@ -206,7 +207,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
     }
     if !shape.memory.is_empty() {
-        let unloaded = |c: &usize| branch.rod.curvature_under(&Vector::zeros(), memory_of(&shape, *c));
+        let unloaded = |c: &usize| branch.rod.curvature_under(&Vector::zeros(), memory_of(&shape, *c), 0.0);
         let set = couplings.iter().map(|c| unloaded(c).unwrap_or_default() - rest.unwrap_or_default()).collect();
         let [dissipated, dissipated_in_all] = problem.conditions().rods[index].dissipated;
         result.friction = Some(FrictionResult { set, dissipated, dissipated_in_all });

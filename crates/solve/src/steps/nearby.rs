@@ -79,6 +79,9 @@ pub enum NotFound {
     /// The changed harness has other nodes or parts.
     #[error("the mesh or the parts of the harness change")]
     OtherParts,
+    /// What has crept depends on the way to the reference.
+    #[error("times of creep change, and what has crept follows from the way there: run the scenario with both values")]
+    OtherTimes,
     /// The targets of the reference do not follow from its steps.
     #[error("the targets of the constraints do not follow from the steps alone")]
     OtherPath,
@@ -120,6 +123,8 @@ pub struct Neighbourhood<'n> {
     /// References: at the beginning of each step up to this one (where an equilibrium there is needed), and within or
     /// at the end of this one.
     references: Vec<Reference<'n>>,
+    /// See [`times`].
+    times: Vec<f64>,
 }
 
 /// A reference on the path.
@@ -168,7 +173,8 @@ impl<'n> Neighbourhood<'n> {
             }
         };
         let references = path.into_iter().enumerate().map(reference).collect::<Result<Vec<_>, NotFound>>()?;
-        let mut new = Self { network, stop: *stop, step, fraction, references };
+        let times = times(network, schedule);
+        let mut new = Self { network, stop: *stop, step, fraction, references, times };
         // What follows from the plans alone must be what the run led to.
         let (walked, _) = new.walk(network, schedule, minimiser)?;
         let reached = new.references[step + 1].checkpoint();
@@ -212,6 +218,9 @@ impl<'n> Neighbourhood<'n> {
             return Err(NotFound::OtherParts);
         }
         let (walked, _) = self.walk(network, schedule, minimiser)?;
+        if times(network, schedule) != self.times {
+            return Err(NotFound::OtherTimes);
+        }
         let step = self.step;
         let settled = self.settle(step + 1, network, &walked)?;
         let moment = Moment { step: steps_of(schedule)[step].name.clone(), step_index: step, increment: 0 };
@@ -540,6 +549,13 @@ fn sheet_of(
     let mut sheet = Sheet::default();
     sheet.add(&network.requirements, found, moment, Here::End);
     sheet.lines(network, Status::Converged)
+}
+
+/// Times that what has crept depends on, s: of steps, and of elements of creep.
+fn times(network: &Network, schedule: &Schedule) -> Vec<f64> {
+    let laws = network.branches.iter().map(|branch| &branch.section.laws.creep);
+    let elements = laws.flat_map(|creep| creep.bending.iter().chain(&creep.torsion)).map(|element| element.time);
+    steps_of(schedule).iter().map(|step| step.duration).chain(elements).collect()
 }
 
 /// Conditions that a run reached, with the targets, loads and poses of others.

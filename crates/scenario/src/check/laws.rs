@@ -9,9 +9,17 @@ use wireloom_core::{Mounting, Network, Section};
 
 /// Refuses branches whose section has friction, a set, creep or curves where their rod does not say that it has them,
 /// where a joint couples them without, and, as what is remembered stays with the material, where the mesh of one that
-/// remembers moves along the cable.
+/// remembers moves along the cable; and times of steps where nothing creeps.
 pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
+    let creeps = network.branches.iter().any(|branch| !branch.section.laws.creep.is_empty());
+    for (step, span) in
+        scenario.steps.iter().zip(&scenario.step_spans).filter(|(step, _)| step.duration > 0.0 && !creeps)
+    {
+        let message = format!("step \"{}\" has a `duration`, and nothing creeps", step.name);
+        let help = "give a section `creep`, or leave `duration` out".to_owned();
+        faults.push(Fault { span: span.clone(), message, help });
+    }
     let of = |branch: usize| &network.branches[branch].section;
     let section = |branch: usize| &of(branch).name;
     let has = |branch: usize| of(branch).nonlinear_keys().join(", ");
