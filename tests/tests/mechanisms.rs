@@ -296,7 +296,11 @@ fn a_robot_drawn_bent_stands_and_moves_as_its_joints_say() {
     assert!(error < 1e-12, "{error:e}: {x} {y} {z}");
     let values = &result["steps"][0]["mechanisms"]["robot"];
     assert!(values.to_string().contains("0.8"), "{values}");
-    // The other way about: with the mesh beside its package, and what is refused.
+    // The joint that follows it would stand at −0.95 rad.
+    let stiff = robot.replace("<mimic", "<limit lower=\"-0.9\" upper=\"0.9\"/><mimic");
+    place.file("pack/urdf/r.urdf", &stiff);
+    place.run(&["check", "s.toml"]).says(1, &["joint \"elbow\" is drawn at -54.270 deg"]);
+    // A mesh in its package, and what is refused.
     let mesh = robot.replace("<sphere radius=\"0.01\"/>", "<mesh filename=\"package://pack/m/tip.stl\"/>");
     for (file, words) in [
         (mesh.clone(), "cannot read \"pack/m/tip.stl\""),
@@ -314,6 +318,7 @@ fn a_robot_drawn_bent_stands_and_moves_as_its_joints_say() {
         ("joint = \"elbow\", value = 0.1", "joint \"elbow\" follows another one"),
         ("joint = \"trun\", value = 0.1", "did you mean `turn`?"),
         ("joint = \"turn\", value = [1, 2]", "gives 2 values"),
+        ("joint = \"turn\", value = 0.1 }, { joint = \"turn\", value = 0.2", "has two values as drawn"),
     ] {
         place.file("s.toml", text.replace("joint = \"turn\", value = \"30 deg\"", drawn));
         place.run(&["check", "s.toml"]).says(1, &[words]);

@@ -128,31 +128,26 @@ impl MechanismJoint {
     pub fn motion(&self, q: &[f64]) -> Pose {
         let about = |axis: &Unit<Vector>, angle: f64| self.about_origin(Rotation::from_axis_angle(axis, angle));
         let along = |way: Vector| Pose { position: way, ..Pose::identity() };
-        let d = self.beyond_drawn(q);
+        let d = |f: usize| q[f] - self.drawn[f];
         match &self.kind {
             JointKind::Fixed => Pose::identity(),
-            JointKind::Revolute(axis) => about(axis, d[0]),
-            JointKind::Prismatic(axis) => along(**axis * d[0]),
-            JointKind::Cylindrical(axis) => along(**axis * d[1]).compose(&about(axis, d[0])),
+            JointKind::Revolute(axis) => about(axis, d(0)),
+            JointKind::Prismatic(axis) => along(**axis * d(0)),
+            JointKind::Cylindrical(axis) => along(**axis * d(1)).compose(&about(axis, d(0))),
             JointKind::Screw(axis, pitch) => {
-                along(**axis * (pitch * d[0] / std::f64::consts::TAU)).compose(&about(axis, d[0]))
+                along(**axis * (pitch * d(0) / std::f64::consts::TAU)).compose(&about(axis, d(0)))
             }
-            JointKind::Universal([first, second]) => about(first, d[0]).compose(&about(second, d[1])),
+            JointKind::Universal([first, second]) => about(first, d(0)).compose(&about(second, d(1))),
             JointKind::Spherical => self.about_origin(from_to(&vector(&self.drawn), &vector(q))),
             JointKind::Planar([u, v]) => {
-                let turn = Rotation::from_scaled_axis(u.cross(v) * d[2]);
-                along(**u * d[0] + **v * d[1]).compose(&self.about_origin(turn))
+                let turn = Rotation::from_scaled_axis(u.cross(v) * d(2));
+                along(**u * d(0) + **v * d(1)).compose(&self.about_origin(turn))
             }
             JointKind::Floating(axes) => {
                 let turn = from_to(&(axes * vector(&self.drawn[3..])), &(axes * vector(&q[3..])));
-                along(axes * vector(&d)).compose(&self.about_origin(turn))
+                along(axes * Vector::new(d(0), d(1), d(2))).compose(&self.about_origin(turn))
             }
         }
-    }
-
-    /// The values less those as drawn.
-    fn beyond_drawn(&self, q: &[f64]) -> Vec<f64> {
-        q.iter().zip(&self.drawn).map(|(q, drawn)| q - drawn).collect()
     }
 
     fn about_origin(&self, turn: Rotation) -> Pose {
@@ -167,7 +162,7 @@ impl MechanismJoint {
     fn twists(&self, q: &[f64]) -> Vec<Twist> {
         let turn = |axis: Vector| Twist { turn: axis, point: self.origin, slide: Vector::zeros() };
         let slide = |axis: Vector| Twist { turn: Vector::zeros(), point: self.origin, slide: axis };
-        let d = self.beyond_drawn(q);
+        let d = |f: usize| q[f] - self.drawn[f];
         match &self.kind {
             JointKind::Fixed => Vec::new(),
             JointKind::Revolute(axis) => vec![turn(**axis)],
@@ -177,18 +172,18 @@ impl MechanismJoint {
                 vec![Twist { slide: **axis * (pitch / std::f64::consts::TAU), ..turn(**axis) }]
             }
             JointKind::Universal([first, second]) => {
-                vec![turn(**first), turn(Rotation::from_axis_angle(first, d[0]) * **second)]
+                vec![turn(**first), turn(Rotation::from_axis_angle(first, d(0)) * **second)]
             }
             JointKind::Spherical => {
                 let left = left_jacobian(&vector(q));
                 left.column_iter().map(|column| turn(column.into_owned())).collect()
             }
             JointKind::Planar([u, v]) => {
-                let point = self.origin + **u * d[0] + **v * d[1];
+                let point = self.origin + **u * d(0) + **v * d(1);
                 vec![slide(**u), slide(**v), Twist { point, ..turn(u.cross(v)) }]
             }
             JointKind::Floating(axes) => {
-                let point = self.origin + axes * vector(&d);
+                let point = self.origin + axes * Vector::new(d(0), d(1), d(2));
                 let left = left_jacobian(&vector(&q[3..]));
                 let slides = Matrix::identity().column_iter().map(|axis| slide(axes * axis)).collect::<Vec<_>>();
                 let turns = left.column_iter().map(|axis| Twist { point, ..turn(axes * axis) });

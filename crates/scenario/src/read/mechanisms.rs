@@ -14,8 +14,7 @@ use crate::format::limits::ANY;
 use crate::scenario::{Body, Facing};
 use crate::span::Span;
 use nalgebra::Unit;
-use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use toml::de::DeValue;
 use urdf::shapes::{LinkForm, LinkShape};
 use wildmatch::WildMatch;
@@ -191,12 +190,13 @@ fn joint(entry: &Entry<'_>, bodies: &mut Vec<String>) -> Option<MechanismJoint> 
     let kind = kind(entry, word?)?;
     let limits = limits(entry, &kind);
     let drawn = if entry.has("drawn") { values(entry, "drawn", &kind)? } else { vec![0.0; kind.freedoms()] };
-    let limits = limits?;
-    if entry.has("drawn") {
-        refuse_beyond(entry, "drawn", &kind, &drawn, &limits);
-    }
     let [a, b] = ends[..] else { return None };
-    Some(MechanismJoint { name: name?.to_owned(), kind, bodies: [a, b], origin, drawn, limits, follows: None })
+    let (name, limits) = (name?.to_owned(), limits?);
+    let joint = MechanismJoint { name, kind, bodies: [a, b], origin, drawn, limits, follows: None };
+    if entry.has("drawn") {
+        refuse_beyond(entry, "drawn", &joint);
+    }
+    Some(joint)
 }
 
 /// The kind of a joint, with its axes; refuses those that it lacks, and those that it does not have.
@@ -266,11 +266,11 @@ fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<Vec<[f64; 2]>> {
 }
 
 /// Refuses values as drawn that are beyond the limits of their joint.
-fn refuse_beyond(entry: &Entry<'_>, key: &str, kind: &JointKind, drawn: &[f64], limits: &[[f64; 2]]) {
-    for (freedom, (value, [low, high])) in drawn.iter().zip(limits).enumerate() {
+fn refuse_beyond(entry: &Entry<'_>, key: &str, joint: &MechanismJoint) {
+    for (freedom, (value, [low, high])) in joint.drawn.iter().zip(&joint.limits).enumerate() {
         if !(low..=high).contains(&value) {
-            let [value, low, high] = [value, low, high].map(|value| shown(kind, freedom, *value));
-            let message = format!("{} is drawn at {value}, and its limits are {low} and {high}", entry.label);
+            let [value, low, high] = [value, low, high].map(|value| shown(&joint.kind, freedom, *value));
+            let message = format!("joint \"{}\" is drawn at {value}, and its limits are {low} and {high}", joint.name);
             entry.fault_at(key, message, "draw it within its limits");
         }
     }
@@ -313,30 +313,30 @@ fn from_urdf(entry: &Entry<'_>) -> Option<Parts> {
     let path = entry.word("urdf")?;
     let span = entry.span_of("urdf");
     let text = entry.reader.file(path, span.clone())?;
-    let given = entry.entries("drawn");
-    let used = RefCell::new(BTreeSet::new());
-    let drawn = |joint: &str, kind: &JointKind| {
-        let own = given.iter().enumerate().filter(|(_, own)| own.word("joint") == Some(joint));
-        let all: Vec<_> = own.filter_map(|(k, own)| used.borrow_mut().insert(k).then_some(own)).collect();
-        if let [_, second, ..] = all[..] {
-            second.fault_at("joint", format!("joint \"{joint}\" has two values as drawn"), "give one");
+    let mut given: BTreeMap<&str, Entry<'_>> = BTreeMap::new();
+    for own in entry.entries("drawn") {
+        let Some(joint) = own.word("joint") else { continue };
+        if given.contains_key(joint) {
+            own.fault_at("joint", format!("joint \"{joint}\" has two values as drawn"), "give one");
+        } else {
+            given.insert(joint, own);
         }
-        all.first().and_then(|own| values(own, "value", kind))
-    };
+    }
+    let drawn = |joint: &str, kind: &JointKind| given.get(joint).and_then(|own| values(own, "value", kind));
     match urdf::read(&text, path, &base, entry.choice("obstacles"), &drawn) {
         Ok(urdf::Robot { links, joints, shapes }) => {
-            for (k, own) in given.iter().enumerate() {
-                let Some(name) = own.word("joint") else { continue };
-                match joints.iter().find(|joint| joint.name == name) {
-                    Some(joint) if used.borrow().contains(&k) => {
-                        refuse_beyond(own, "value", &joint.kind, &joint.drawn, &joint.limits);
-                    }
+            for (name, own) in &given {
+                match joints.iter().find(|joint| joint.name == *name) {
+                    Some(joint) if joint.follows.is_none() => refuse_beyond(own, "value", joint),
                     Some(_) => own.fault_at("joint", format!("joint \"{name}\" follows another one"), "leave it out"),
                     None => {
                         let help = did_you_mean(name, joints.iter().map(|joint| joint.name.as_str()));
                         own.fault_at("joint", format!("{path} has no joint \"{name}\""), help);
                     }
                 }
+            }
+            for joint in joints.iter().filter(|joint| entry.has("drawn") && joint.follows.is_some()) {
+                refuse_beyond(entry, "drawn", joint);
             }
             let spans = vec![span; joints.len()];
             Some(Parts { bodies: links, joints, spans, shapes })
