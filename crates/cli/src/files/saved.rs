@@ -28,7 +28,7 @@ use std::time::{Duration, Instant};
 use wireloom::StepResult;
 use wireloom::export::json::Provenance;
 use wireloom::geometry::Vector;
-use wireloom::result::Library;
+use wireloom::result::{Identities, Library};
 use wireloom::scenario::Setting;
 use wireloom::session::{Checkpoint, Resumed};
 
@@ -61,6 +61,8 @@ pub struct Origin {
     pub provenance: Provenance,
     /// The plugins it uses.
     pub plugins: Vec<Library>,
+    /// Part numbers and the like.
+    pub identities: Identities,
 }
 
 impl Origin {
@@ -75,6 +77,7 @@ impl Origin {
             scenario: loaded.scenario.name.clone(),
             provenance: loaded.provenance(),
             plugins: loaded.plugins.iter().map(record).collect(),
+            identities: loaded.scenario.identities.clone(),
         })
     }
 

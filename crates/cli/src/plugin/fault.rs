@@ -70,7 +70,7 @@ fn save(place: &Path, outcome: RunOutcome) -> Result<(), Failure> {
         clearances: vec![],
         requirements: vec![],
         plugins: origin.plugins,
-        identities: Default::default(),
+        identities: origin.identities.into(),
         drawn_start: None,
     };
     folder.write(RESULT, |out| json::write(&run, &origin.provenance, out))

@@ -30,8 +30,10 @@ const KEYS: Keys = Keys {
         may(
             "to",
             Form::QuantityOrList,
-            "value at the end of the step, such as \"70 deg\"; 0 as drawn; one for each freedom: of a cylindrical \
-             joint angle and length, of a universal joint two angles, of a spherical joint the rotation vector",
+            "value at the end of the step, such as \"70 deg\"; as drawn it is `drawn`, by default 0; one for each \
+             freedom: of a cylindrical joint angle and length, of a universal joint two angles, of a spherical joint \
+             the rotation vector, of a planar joint two lengths and the angle, of a floating joint three lengths and \
+             the rotation vector",
         ),
         may(
             "at",
@@ -146,7 +148,7 @@ fn refuse_jump(step: &Entry<'_>, mechanism: &Mechanism, drive: &DrivenJoint, now
             step.reader.fault(
                 drive.span.clone(),
                 message,
-                "begin it where the step before ends, the first one as drawn",
+                "begin it where the step before ends; in the first step, at the value as drawn",
             );
         }
     }

@@ -93,8 +93,8 @@ pub(crate) fn constraint<'a>(
 /// The kind of a clip that its part number may say more about.
 const GENERIC: &str = "collar";
 
-/// The type of the part number of a constraint. It takes the place of a collar, the generic clip; another kind must be
-/// that of the type.
+/// The type of the part number of a constraint. It takes the place of a collar, the generic clip. A type that the
+/// constraint names goes before it; another kind must be that of the type.
 fn type_of_part<'n>(entry: &Entry<'_>, names: &'n Names<'_>) -> Option<&'n str> {
     entry.keys.get("part")?;
     let part = entry.text("part")?;

@@ -29,7 +29,7 @@ pub(crate) struct FixingType {
 /// Part numbers that a type has.
 #[derive(Clone, Debug)]
 pub(crate) struct PartNumbers {
-    /// As the file gives them: a number, or a pattern with `*`.
+    /// As the file gives them: a number, or a pattern with `*` and `?`.
     pub text: String,
     /// File, line and column.
     pub place: String,

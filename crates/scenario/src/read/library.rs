@@ -107,8 +107,9 @@ impl Library {
             self.coverings.insert(name.to_owned(), self.read_covering(&covering));
             labels.push(covering.label);
         }
+        let places = Places::of(entry.reader.text);
         for (name, constraint) in entry.named_entries("fixings") {
-            self.constraints.insert(name.to_owned(), read_fixing_type(&entry.label, name, &constraint));
+            self.constraints.insert(name.to_owned(), read_fixing_type((&entry.label, &places), name, &constraint));
             labels.push(constraint.label);
         }
         labels
@@ -213,19 +214,20 @@ impl Library {
 pub(crate) fn shipped_fixing_types(registry: &Registry) -> Types {
     let (name, text) = SHIPPED_FIXING_TYPES;
     let read = |shipped: &Entry<'_>| {
+        let places = Places::of(shipped.reader.text);
         let entries = shipped.named_entries("fixings");
         entries
             .iter()
             .filter_map(|(name, entry)| {
-                Some(((*name).to_owned(), Some(read_fixing_type(&shipped.label, name, entry)?)))
+                Some(((*name).to_owned(), Some(read_fixing_type((&shipped.label, &places), name, entry)?)))
             })
             .collect()
     };
     included(name, text, &NoFiles, registry, &LIBRARY_FILE, read).0.unwrap_or_default()
 }
 
-/// A type out of a file or scenario, which messages call `file`.
-fn read_fixing_type(file: &str, name: &str, entry: &Entry<'_>) -> Option<FixingType> {
+/// A type out of a file or scenario, which messages call `file`, with the places of its text.
+fn read_fixing_type((file, places): (&str, &Places<'_>), name: &str, entry: &Entry<'_>) -> Option<FixingType> {
     let before = entry.reader.fault_count();
     let kind = kinds::read(entry);
     if entry.reader.registry.constraint(name).is_some() {
@@ -235,7 +237,6 @@ fn read_fixing_type(file: &str, name: &str, entry: &Entry<'_>) -> Option<FixingT
     let doc = entry.word("doc").unwrap_or_default().to_owned();
     let hold = hold(entry);
     let needs = entry.choices("needs").into_iter().map(str::to_owned).collect();
-    let places = Places::of(entry.reader.text);
     let numbers = |(text, span): (&str, Span)| {
         let (line, column) = places.position(span.start);
         PartNumbers { text: text.to_owned(), place: format!("{file}:{line}:{column}") }

@@ -68,7 +68,7 @@ impl Names<'_> {
         let identity = entry.identity();
         let Some(name) = name.filter(|_| !identity.is_empty()).map(str::to_owned) else { return };
         let part = Part { of, name, identity };
-        if !self.parts.contains(&part) {
+        if of != Identified::Constraint || !self.parts.contains(&part) {
             self.parts.push(part);
         }
     }

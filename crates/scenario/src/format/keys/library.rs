@@ -397,7 +397,7 @@ pub(crate) const FIXING_TYPE: Keys = Keys {
             "parts",
             Form::Names,
             "part numbers of this type, * for any text and ? for one character, such as [\"8K0 971 *\"]; spaces do not \
-             count. A constraint whose `part` fits is of this type",
+             count. A constraint whose `part` fits is of this type, unless its `kind` names another type",
         ),
         may(
             "kind",
