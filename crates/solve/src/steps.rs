@@ -6,6 +6,7 @@ pub mod checkpoint_transfer;
 mod clips;
 mod driver;
 mod equilibrium;
+mod guide;
 mod increment;
 mod initial_equilibrium;
 pub mod interactive;
@@ -19,6 +20,7 @@ mod run;
 pub mod stability;
 mod step_result;
 
+pub use guide::Guide;
 pub use initial_equilibrium::start_near;
 pub use progress::{Control, Interruption, Progress};
 pub use run::{carry_out, steps_of};

@@ -2,7 +2,7 @@
 
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::status::Status;
-use wireloom_core::{Registry, Vector};
+use wireloom_core::{Registry, State, Vector};
 use wireloom_solve::report::discretisation::NodalErrors;
 use wireloom_solve::steps::checkpoint::Observer;
 use wireloom_solve::{Control, Progress};
@@ -15,7 +15,7 @@ const FINER: usize = 8;
 struct Keep(Vec<(StepResult, Vec<NodalErrors>)>, Vec<NodalErrors>);
 
 impl Observer for Keep {
-    fn errors(&mut self, errors: &[NodalErrors]) {
+    fn state(&mut self, _: &State, errors: &[NodalErrors]) {
         self.1 = errors.to_vec();
     }
 

@@ -6,12 +6,14 @@
 //! where it must be shorter; t is what is allowed there: the accuracy times the curvature, or times a third of the
 //! largest curvature allowed (without a limit: of the branch's largest one, or of a bend of 50 diameters) where that is
 //! more. Lengths grow by at most a quarter of the way along the branch, as the scheme has an order only on meshes that
-//! change slowly. The mesh of a scenario is the same on every machine: the trial runs are.
+//! change slowly. The mesh of a scenario is the same on every machine: the trial runs are. Those after the first one
+//! search for each equilibrium near that of the first one ([`Guide`]); the run itself goes its way by itself.
 
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::{Monitor, Network, Registry, Status};
+use wireloom_core::{Monitor, Network, Registry, State, Status};
 use wireloom_scenario::{Branch, Built, Division, Fault, Scenario};
 use wireloom_solve::report::discretisation::NodalErrors;
+use wireloom_solve::steps::Guide;
 use wireloom_solve::steps::checkpoint::Observer;
 use wireloom_solve::{Control, Progress};
 
@@ -47,7 +49,7 @@ pub fn by_accuracy(
 ) -> Result<(Scenario, Built), Vec<Fault>> {
     let Some(mut adaptation) = Adaptation::new(&scenario, &built.network) else { return Ok((scenario, built)) };
     while !monitor.is_stopped() {
-        let mut watching = Watching { adaptation: &mut adaptation, errors: Vec::new(), monitor };
+        let mut watching = Watching { adaptation: &mut adaptation, state: None, errors: Vec::new(), monitor };
         let Built { network, coarse, schedule, mut minimiser, stop, .. } = built;
         let minimiser = minimiser.as_mut();
         let run =
@@ -86,9 +88,9 @@ pub fn keep_nodes(scenario: &mut Scenario, network: &Network) {
 pub enum Next {
     /// Another trial run, on a new mesh.
     Trial,
-    /// The run itself, on a new mesh: no further trial is made.
+    /// The run itself, on the mesh that was found: no further trial is made.
     Run,
-    /// Nothing: the mesh of the trial run is fine enough, so that it is the run itself.
+    /// Nothing: the mesh of the first trial run is fine enough, so that it is the run itself.
     Done,
 }
 
@@ -101,6 +103,8 @@ pub struct Adaptation {
     /// Largest estimated error of a trial whose mesh was fine enough.
     reached: Option<f64>,
     trial: Trial,
+    /// Equilibria of the first trial.
+    first: Option<Guide>,
 }
 
 impl Adaptation {
@@ -109,12 +113,21 @@ impl Adaptation {
         let accuracy = scenario.accuracy?;
         let open = |branch: &Branch| matches!(branch.division, Division::ByAccuracy { .. }) && branch.nodes.is_empty();
         let trial = Trial::new(network, accuracy);
-        scenario.branches.iter().any(open).then_some(Self { accuracy, trials: 1, reached: None, trial })
+        let first = Guide::new(network);
+        scenario.branches.iter().any(open).then_some(Self { accuracy, trials: 1, reached: None, trial, first })
     }
 
     /// Takes the equilibrium at the end of an increment into account, with its estimated discretisation errors.
-    pub fn add(&mut self, end: &StepResult, errors: &[NodalErrors]) {
+    pub fn add(&mut self, end: &StepResult, state: &State, errors: &[NodalErrors]) {
         self.trial.add(end, errors);
+        if let (1, Status::Converged, Some(first)) = (self.trials, end.status, &mut self.first) {
+            first.add(end, state);
+        }
+    }
+
+    /// The equilibria near which those of the present trial are searched for.
+    pub fn guide(&self) -> Option<Guide> {
+        self.first.clone().filter(|_| self.trials > 1)
     }
 
     /// Ends a trial run, and puts the mesh that follows from it into the scenario, which must then be built anew.
@@ -123,7 +136,7 @@ impl Adaptation {
         let complete = complete && self.trial.converged;
         if complete && self.trial.worst <= 1.0 {
             self.reached = Some(self.trial.worst * self.accuracy);
-            return Next::Done;
+            return if self.guide().is_none() { Next::Done } else { Next::Run };
         }
         for (branch, sizes) in self.trial.sizes(scenario, complete).into_iter().enumerate() {
             let own = &mut scenario.branches[branch];
@@ -265,18 +278,25 @@ impl Trial {
 /// Watches a trial run.
 struct Watching<'a> {
     adaptation: &'a mut Adaptation,
+    state: Option<State>,
     errors: Vec<NodalErrors>,
     monitor: &'a Monitor,
 }
 
 impl Observer for Watching<'_> {
-    fn errors(&mut self, errors: &[NodalErrors]) {
-        self.errors = errors.to_vec();
+    fn state(&mut self, state: &State, errors: &[NodalErrors]) {
+        (self.state, self.errors) = (Some(state.clone()), errors.to_vec());
     }
 
     fn increment(&mut self, _: &Progress, end: &StepResult, _: bool) -> Control {
-        self.adaptation.add(end, &self.errors);
+        if let Some(state) = &self.state {
+            self.adaptation.add(end, state, &self.errors);
+        }
         Control::Continue
+    }
+
+    fn guide(&self) -> Option<Guide> {
+        self.adaptation.guide()
     }
 
     fn monitor(&self) -> Monitor {

@@ -6,6 +6,7 @@
 
 use crate::report::EventLog;
 use crate::report::discretisation::NodalErrors;
+use crate::steps::guide::Guide;
 use crate::steps::plan::Plan;
 use crate::steps::progress::{Control, Progress};
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,11 @@ impl Checkpoint {
     /// Positions of the points of the network, m.
     pub fn points(&self) -> &[Vector] {
         &self.state.points
+    }
+
+    /// State of the harness.
+    pub fn state(&self) -> &State {
+        &self.state
     }
 
     /// Whether it is the initial equilibrium, before any step.
@@ -105,8 +111,9 @@ pub trait Observer {
     /// Called at the end of an increment; `kept`: its result will be part of the run in any case.
     fn increment(&mut self, progress: &Progress, end: &StepResult, kept: bool) -> Control;
 
-    /// Called before [`Self::increment`] with the estimated discretisation errors of all branches at its end.
-    fn errors(&mut self, _: &[NodalErrors]) {}
+    /// Called before [`Self::increment`] with the state at its end, and the estimated discretisation errors of all
+    /// branches there.
+    fn state(&mut self, _: &State, _: &[NodalErrors]) {}
 
     /// Called with a checkpoint from which the run can be resumed.
     fn checkpoint(&mut self, _: &Checkpoint) {}
@@ -115,6 +122,11 @@ pub trait Observer {
     /// An increment that was stopped is not part of the result.
     fn monitor(&self) -> Monitor {
         Monitor::default()
+    }
+
+    /// Equilibria near which those of the run are searched for, requested once at its beginning.
+    fn guide(&self) -> Option<Guide> {
+        None
     }
 }
 

@@ -8,6 +8,7 @@ use crate::report::{EventLog, Occurrence, TwistMonitor};
 use crate::start::layout;
 use crate::steps::certificate::{Certifier, Grade};
 use crate::steps::checkpoint::Checkpoint;
+use crate::steps::guide::Guide;
 use crate::steps::plan::Plan;
 use crate::steps::stability::Inspection;
 use wireloom_core::conditions::Conditions;
@@ -61,6 +62,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(super) errors: Vec<NodalErrors>,
     /// Results so far of the operations of the current step.
     pub(super) operations: Vec<OperationResult>,
+    /// Equilibria near which those of the increments are searched for.
+    pub(super) guide: Option<Guide>,
 }
 
 /// Position of a checkpoint in its run, and the run's results so far.
@@ -136,6 +139,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             previous_move: None,
             errors: Vec::new(),
             operations: Vec::new(),
+            guide: None,
         }
     }
 
@@ -224,6 +228,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             lost_twist: _,
             smallest_part: _,
             errors: _,
+            guide: _,
         } = self;
         Checkpoint {
             conditions: problem.conditions().clone(),

@@ -111,7 +111,7 @@ impl Driver<'_, '_> {
         self.prescribed_turns = plan.turns(1.0);
         self.began.copy_from(&self.state);
         let before = self.problem.conditions().clone();
-        let (mut status, mut to) = self.advance_through(plan, a, b);
+        let (mut status, mut to) = self.follow_guide(plan, b).unwrap_or_else(|| self.advance_through(plan, a, b));
         let mut snapped = false;
         while status == Status::IterationLimit && !self.is_over() && self.lost_twist.is_empty() {
             snapped = true;
@@ -171,6 +171,25 @@ impl Driver<'_, '_> {
         let status = self.solve();
         self.stop = stop;
         status
+    }
+
+    /// Ends the increment at fraction `b` of a plan, near the guide's equilibrium there. `None`, with the harness where it
+    /// was, if there is none nearby.
+    fn follow_guide(&mut self, plan: &Plan, b: f64) -> Option<(Grade, f64)> {
+        let near = self.guide.as_ref()?.near(self.log.now(), self.problem.network)?;
+        self.before.copy_from(&self.state);
+        let began = self.problem.conditions().clone();
+        plan.apply(&mut self.problem, b);
+        self.place_near(near);
+        self.settle_points();
+        let status = self.solve();
+        if status == Status::Converged || self.is_over() {
+            self.update_operations(plan, b);
+            return Some((status, b));
+        }
+        self.go_back(&began);
+        self.lost_twist.clear();
+        None
     }
 
     /// Advances from fraction `a` to fraction `b` of a plan, in parts that resolve its turns and pass through every

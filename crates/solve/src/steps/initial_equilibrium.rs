@@ -204,22 +204,32 @@ impl Driver<'_, '_> {
     /// Finds an equilibrium near `state`, with the constraints that act from the start at their poses in the scenario.
     fn relax_from(&mut self, state: State) -> Grade {
         let network = self.problem.network;
-        self.state = state;
         for (f, constraint) in network.constraints.iter().enumerate().filter(|(_, constraint)| constraint.from_start) {
             let from = self.problem.conditions().constraints[f].base;
             self.problem.set_target(f, plan::journey_to_target(f, constraint, from).at(1.0));
         }
-        self.problem.update_held(&self.state);
-        self.problem.place_held(&mut self.state);
+        self.place_near(state);
         self.problem.allow_overlaps(&self.state);
         if self.problem.monitor.is_stopped() {
             return Grade::INTERRUPTED;
         }
+        self.settle_points();
+        let status = self.solve();
+        self.leave_unstable_start(status)
+    }
+
+    /// Takes a state in which what is prescribed need not hold yet.
+    pub(super) fn place_near(&mut self, state: State) {
+        self.state = state;
+        self.problem.update_held(&self.state);
+        self.problem.place_held(&mut self.state);
+    }
+
+    /// Brings the points into equilibrium for the frames.
+    pub(super) fn settle_points(&mut self) {
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
         let mut condensation = Condensation::new(&self.problem);
         condensation.condense(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
-        let status = self.solve();
-        self.leave_unstable_start(status)
     }
 
     /// Enables friction, and lets the cable run through the constraints that slide without it.

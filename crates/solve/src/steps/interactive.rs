@@ -6,6 +6,7 @@ use crate::report::discretisation::NodalErrors;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
+use crate::steps::guide::Guide;
 use crate::steps::initial_equilibrium::start_near;
 use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
@@ -108,12 +109,18 @@ pub struct InteractiveDriver {
     clearances: bool,
     monitor: Monitor,
     certifier: Option<(u64, Certifier)>,
+    guide: Option<Guide>,
 }
 
 impl InteractiveDriver {
     /// Driver with this minimiser; `clearances` as in [`Schedule::clearances`], `monitor` to stop it.
     pub fn new(minimiser: Box<dyn Minimiser>, stop: Stop, clearances: bool, monitor: Monitor) -> Self {
-        Self { minimiser, stop, clearances, monitor, certifier: None }
+        Self { minimiser, stop, clearances, monitor, certifier: None, guide: None }
+    }
+
+    /// The driver, which searches for the equilibria of planned increments near those of `guide`.
+    pub fn guided(self, guide: Option<Guide>) -> Self {
+        Self { guide, ..self }
     }
 
     /// Finds the initial equilibrium as [`crate::carry_out`] does.
@@ -204,8 +211,10 @@ impl InteractiveDriver {
         let (index, increment) = (from.step_index, from.increment + 1);
         let (mut notes, spent, plan) = (from.notes.clone(), from.seconds, from.plan.clone());
         let clearances = self.clearances;
+        let guide = self.guide.clone().filter(|_| !open);
         let mut driver = self.driver(network, from.clone());
         driver.minimiser.forget();
+        driver.guide = guide;
         let plan = match plan {
             Some(plan) => plan,
             None if increment > 1 => Plan::of_step(&driver.problem, step, &[]),

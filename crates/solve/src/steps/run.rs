@@ -69,6 +69,7 @@ pub fn carry_out(
             driver
         }
     };
+    driver.guide = observer.guide();
     for (index, step) in steps.iter().enumerate().skip(first) {
         let _step = tracing::info_span!("step", index, name = step.name).entered();
         let plan = resumed_plan.take().unwrap_or_else(|| {
@@ -110,7 +111,7 @@ pub fn carry_out(
             };
             let unbalanced = !is_balanced(status);
             let kept = schedule.increments || step.keeps(increment) || unbalanced;
-            observer.errors(&driver.errors);
+            observer.state(&driver.state, &driver.errors);
             let stopped = observer.increment(&progress, &end, kept) == Control::Stop;
             if (index, increment) == (0, 1) || run.status() == Status::Converged {
                 run.outcome = Outcome::Graded(status);

@@ -14,7 +14,7 @@ impl Session {
         // The start counts where it is all there is.
         let counts = ended.checkpoint.done() != (0, 0) || self.now.harness.schedule.steps.is_empty();
         if let (Mesh::Adapting(adaptation), true) = (&mut self.now.mesh, counts) {
-            adaptation.add(&ended.end, &ended.errors);
+            adaptation.add(&ended.end, ended.checkpoint.state(), &ended.errors);
         }
     }
 
@@ -35,21 +35,23 @@ impl Session {
             return;
         }
         let harness = match scenario.build(&self.known.registry) {
-            Ok(built) => Rc::new(DrivenHarness::new(scenario, built, &self.monitor)),
+            Ok(built) => DrivenHarness::new(scenario, built, &self.monitor),
             Err(faults) => {
                 self.now.stop();
                 let fault = faults.first().map_or("no mesh could be made", |fault| &fault.message);
                 return self.report_failure(fault.to_owned());
             }
         };
-        let Snapshot { text, own, by_hand, run, .. } = self.now.clone();
-        let mut anew = Snapshot::new(text, own, by_hand, harness, run + 1);
-        anew.mesh = if next == Next::Trial {
-            adaptation.begin_trial(&anew.harness.network);
-            Mesh::Adapting(adaptation)
+        let (harness, mesh) = if next == Next::Trial {
+            adaptation.begin_trial(&harness.network);
+            (harness.guided(adaptation.guide()), Mesh::Adapting(adaptation))
         } else {
-            settled(&adaptation, &anew.harness)
+            let mesh = settled(&adaptation, &harness);
+            (harness, mesh)
         };
+        let Snapshot { text, own, by_hand, run, .. } = self.now.clone();
+        let mut anew = Snapshot::new(text, own, by_hand, Rc::new(harness), run + 1);
+        anew.mesh = mesh;
         let unsaved = self.unsaved;
         self.switch_to(anew);
         self.unsaved = unsaved;

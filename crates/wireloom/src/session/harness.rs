@@ -10,10 +10,10 @@ use wireloom_core::requirement::RequirementResult;
 use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Monitor, Registry};
 use wireloom_scenario::{Built, Fault, Files, Scenario};
-use wireloom_solve::steps::Interruption;
 use wireloom_solve::steps::checkpoint::Checkpoint;
 use wireloom_solve::steps::checkpoint_transfer::{Transferred, transfer};
 use wireloom_solve::steps::interactive::{Ended, InteractiveDriver};
+use wireloom_solve::steps::{Guide, Interruption};
 
 /// A harness and its solver.
 pub struct DrivenHarness {
@@ -35,6 +35,11 @@ impl DrivenHarness {
         let Built { network, coarse, schedule, minimiser, stop, notes, .. } = built;
         let driver = RefCell::new(InteractiveDriver::new(minimiser, stop, schedule.clearances, monitor.clone()));
         Self { scenario, network, schedule, notes, coarse, driver }
+    }
+
+    /// The harness, whose planned increments end near the equilibria of `guide`.
+    pub fn guided(self, guide: Option<Guide>) -> Self {
+        Self { driver: RefCell::new(self.driver.into_inner().guided(guide)), ..self }
     }
 
     /// The harness of a text.
