@@ -52,9 +52,10 @@ impl CouplingLaw {
         }
     }
 
-    /// The curvature beyond that at rest under a moment (N m) at the end of an increment of this duration (s),
-    /// 1/m, beside a linear stiffness `c` (N m², a diagonal): the root of `C e + ∂h = m`, by Newton's method on the strictly convex `½ eᵀ C e + h − m·e`.
-    /// A step is taken where it halves the residual, or else as much of it as lowers the potential enough.
+    /// The curvature beyond that at rest under a moment (N m) at the end of an increment of this duration (s), 1/m,
+    /// beside a linear stiffness `c` (N m², a diagonal): the root of `C e + ∂h = m`, by Newton's method on the strictly
+    /// convex `½ eᵀ C e + h − m·e`. A step is taken where it halves the residual, or else as much of it as lowers the
+    /// potential enough.
     pub fn strain_under(&self, c: &Vector, moment: &Vector, memory: &[f64], duration: f64) -> Vector {
         let at = |strain: Vector| self.at(strain, memory, duration);
         let potential = |e: &Vector| {
