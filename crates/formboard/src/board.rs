@@ -8,7 +8,6 @@ use crate::pegs::{Peg, pegs};
 use crate::tree::Strand;
 use crate::{Rotation, Vector};
 use nalgebra::Matrix3;
-use std::fmt::{self, Display, Formatter};
 
 /// Width and height of a sheet A0 on its side, m.
 pub const SHEET: [f64; 2] = [1.189, 0.841];
@@ -77,13 +76,6 @@ pub struct Note {
     pub what: String,
     /// Names, and numbers beside them; empty if `what` is complete.
     pub items: Vec<String>,
-}
-
-impl Display for Note {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.what)?;
-        if self.items.is_empty() { Ok(()) } else { write!(f, ": {}", self.items.join(", ")) }
-    }
 }
 
 /// A branch that closes a loop, and is cut at its second end.

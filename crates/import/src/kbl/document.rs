@@ -468,18 +468,13 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 "a node refers to the point where it lies",
             )?;
             let mut components = Vec::new();
-            for holder in children(node, "Referenced_components") {
-                for reference in text(holder).unwrap_or_default().split_whitespace() {
-                    match self.ids.get(reference) {
-                        Some(&component) if self.chosen.leaves_out(component, None) => {}
-                        Some(&component) => {
-                            let component = self.component(component, reference)?;
-                            components.push(component);
-                        }
-                        None => self.findings.add(format!(
-                            "Node `{id}` refers to component `{reference}`, which is not in the file; left out"
-                        )),
-                    }
+            for reference in words(node, "Referenced_components") {
+                match self.ids.get(reference) {
+                    Some(&component) if self.chosen.leaves_out(component, None) => {}
+                    Some(&component) => components.push(self.component(component, reference)?),
+                    None => self.findings.add(format!(
+                        "Node `{id}` refers to component `{reference}`, which is not in the file; left out"
+                    )),
                 }
             }
             index.insert(node.attribute("id").unwrap_or_default(), nodes.len());
