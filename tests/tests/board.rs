@@ -24,9 +24,13 @@ fn main() {
         let file = root().join(format!("scenarios/{name}.toml"));
         Trial::test(format!("{name}: a board at rest"), move || at_rest(&file))
     });
-    let others: [(&str, Check); 5] = [
+    let others: [(&str, Check); 9] = [
         ("small.kbl: a board at rest", || at_rest(&root().join("crates/import/tests/small.kbl"))),
         ("a loop is cut open, and told", loops),
+        ("a weight at a joint that a cut makes an end stays there", weight_at_a_cut),
+        ("weights are told from other loads with their factors", factors),
+        ("drawn lines of the vehicle are not those of the board", drawn),
+        ("irregularities of a KBL file are told", irregularities),
         ("a short board has bends, and its harness is at rest", bends),
         ("memory is between the file and the board", memory),
         ("bad input is refused with what would be right", refused),
@@ -153,6 +157,65 @@ fn loops() -> Result<(), Failed> {
     ensure(forces(&text)?.iter().all(|(_, force)| *force <= MOST), || text.clone())
 }
 
+/// The square, cut open at the end of the branch from Q to S: one branch is left at S.
+fn cut_at_s() -> String {
+    loop_of("400 mm").replace("length = \"250 mm\"", "length = \"500 mm\"")
+}
+
+/// The command failed with a fault of the scenario that it had made.
+fn weight_at_a_cut() -> Result<(), Failed> {
+    let weight = "[[loads]]\nname = \"w\"\nat = { joint = \"S\" }\nforce = [0, 0, -0.1]\n";
+    let place = Place::new(&(cut_at_s() + weight));
+    lay(&place, "s.toml", &[]).says(0, &["branches close loops and are cut open at one end: `qs` from `S`"]);
+    let text = place.text("o/board.toml");
+    let table: toml::Table = toml::from_str(&text)?;
+    let load = &table["loads"][0];
+    ensure(load["at"]["end"].as_str() == Some("S") && load["force"][2].as_float() == Some(-0.1), || {
+        format!("{load:?}")
+    })?;
+    ensure(table["joints"].as_array().map(Vec::len) == Some(2), || text.clone())?;
+    ensure(forces(&text)?.iter().all(|(_, force)| *force <= MOST), || text.clone())
+}
+
+/// A load with a factor below zero counted by its force alone: what pulls upwards became a weight.
+fn factors() -> Result<(), Failed> {
+    let load = |name: &str, what: &str| format!("[[loads]]\nname = \"{name}\"\n{what}\n");
+    let at = "at = { branch = \"pq\", s = 0.1 }";
+    let loads = [
+        load("up", &format!("{at}\nforce = [0, 0, -0.05]\nfactor = -1")),
+        load("down", &format!("{at}\nforce = [0, 0, 0.05]\nfactor = -2")),
+        load("tape", "span = { branch = \"tail\" }\nforce_per_length = [0, 0, -0.1]"),
+        load("wind", "span = { branch = \"tail\" }\nforce_per_length = [0.1, 0, -0.1]"),
+    ];
+    let place = Place::new(&(cut_at_s() + &loads.concat()));
+    lay(&place, "s.toml", &[]).says(0, &["loads that are no weights are left out (2 of them): `up`, `wind`"]);
+    let table: toml::Table = toml::from_str(&place.text("o/board.toml"))?;
+    let loads = table["loads"].as_array().ok_or("loads")?;
+    let names: Vec<_> = loads.iter().map(|own| own["name"].as_str().unwrap_or_default()).collect();
+    ensure(names == ["down", "tape"], || format!("{names:?}"))?;
+    let is = |value: &toml::Value, expected: f64| value.as_float().is_some_and(|own| (own - expected).abs() < 1e-12);
+    let [down, tape] = [&loads[0]["force"][2], &loads[1]["force_per_length"][2]];
+    ensure(is(down, 0.05) && is(tape, -0.1), || format!("{loads:?}"))
+}
+
+fn drawn() -> Result<(), Failed> {
+    let line = "drawn = [[0, 0, 1], [0.3, 0, 1]]";
+    let place = Place::new(&loop_of("400 mm").replace("length = \"300 mm\"", &format!("length = \"300 mm\"\n{line}")));
+    lay(&place, "s.toml", &[]).says(0, &[]);
+    ensure(place.text("s.toml").contains(line) && !place.text("o/board.toml").contains("drawn ="), || {
+        place.text("o/board.toml")
+    })
+}
+
+fn irregularities() -> Result<(), Failed> {
+    let place = Place::new("");
+    let file = root().join("crates/import/tests/small.kbl");
+    let ended = lay(&place, file.to_str().ok_or("a path of UTF-8")?, &[]);
+    ended.says(0, &["found: ends carry no component; left free: n4", "found: stale centre curves"]);
+    // What is not shown is where the message says.
+    ensure(place.text("o/board.toml").contains("# Irregularities of the KBL file"), || place.text("o/board.toml"))
+}
+
 fn bends() -> Result<(), Failed> {
     let place = Place::new(&fs::read_to_string(root().join("scenarios/first.toml"))?);
     // The trunk and an arm are 1 m long together.
@@ -200,7 +263,12 @@ fn refused() -> Result<(), Failed> {
     says(&["s.toml", "--memory", "nan"], 1, &["not NaN"])?;
     says(&["s.toml", "--board", "120x110"], 1, &["does not fit on a board of 120 mm x 110 mm", "larger --board"])?;
     says(&["s.toml", "--board", "large"], 1, &["is no width and height: write such as 4000x1600 (mm)"])?;
+    says(&["s.toml", "--board", "200 m x 1 m"], 1, &["200.0 m x 1.0 m cannot be drawn; 100 m is the longest side"])?;
+    place.file("long.toml", loop_of("400 mm").replace("\"300 mm\"", "\"150 m\""));
+    says(&["long.toml"], 1, &["long.toml: a board of 15", " m cannot be drawn; 100 m is the longest side"])?;
     says(&["s.toml", "--gap", "-1 mm"], 1, &["above zero"])?;
+    says(&["s.toml", "--gap", "-1"], 1, &["above zero"])?;
+    says(&["s.toml", "--margin", "-1"], 1, &["above zero"])?;
     says(&["s.toml", "--paper", "a9"], 1, &["a0"])?;
     says(&["s.toml", "--variant", "x"], 1, &["--variant chooses modules of a KBL file; s.toml is a scenario"])?;
     place.file("faulty.toml", loop_of("-1 mm"));

@@ -74,8 +74,8 @@ fn finding_many_faults_takes_no_square_of_their_number() {
     });
 }
 
-/// So many segments in a row, each with a wire of its own and one through all, clips, and nodes and constraints of
-/// one and the same name.
+/// So many segments in a row, each with a wire of its own and one through all, clips, assemblies with a clip in each,
+/// and nodes and constraints of one and the same name.
 fn kbl(n: usize) -> String {
     let mut text = String::from(
         "<KBL_container><Unit id=\"mm\"><Si_unit_name>metre</Si_unit_name><Si_prefix>milli</Si_prefix></Unit>\
@@ -110,6 +110,13 @@ fn kbl(n: usize) -> String {
              <Routing id=\"q{k}\"><Routed_wire>lost{k}</Routed_wire></Routing>"
         );
     }
+    for k in 0..n {
+        let _ = write!(
+            text,
+            "<Assembly_part id=\"a{k}\"><Fixing_occurrence id=\"i{k}\"><Part>none</Part></Fixing_occurrence>\
+             </Assembly_part>"
+        );
+    }
     // One cable of very many cores.
     text += "<General_wire id=\"cable\">";
     for k in 0..n {
@@ -119,7 +126,8 @@ fn kbl(n: usize) -> String {
     for k in 0..n {
         let _ = write!(
             text,
-            "<General_wire_occurrence id=\"w{k}\"><Core_occurrence \
+            "<Assembly_part_occurrence id=\"o{k}\"><Id>same</Id><Part>a{k}</Part></Assembly_part_occurrence>\
+             <General_wire_occurrence id=\"w{k}\"><Core_occurrence \
              id=\"core{k}\"><Part>c{k}</Part></Core_occurrence></General_wire_occurrence>"
         );
     }

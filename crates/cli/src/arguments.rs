@@ -612,7 +612,13 @@ pub struct FormboardArguments {
     )]
     pub gap: f64,
     /// Distance of the harness from the edges of the board, in mm or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "50 mm", value_parser = values::millimetres)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "50 mm",
+        allow_negative_numbers = true,
+        value_parser = values::millimetres
+    )]
     pub margin: f64,
     /// Paper of the PDF
     #[arg(long, value_enum, default_value_t = Paper::A0)]

@@ -2,13 +2,12 @@
 
 use crate::flat::{frames, leaves_at, planes};
 use crate::harness::Harness;
-use crate::layout::{Graph, Room, lay_out};
+use crate::layout::{Graph, lay_out, lay_out_within};
 use crate::line::{Line, Point};
 use crate::pegs::{Peg, pegs};
 use crate::tree::Strand;
 use crate::{Rotation, Vector};
 use nalgebra::Matrix3;
-use std::fmt::{self, Display, Formatter};
 
 /// Width and height of a sheet A0 on its side, m.
 pub const SHEET: [f64; 2] = [1.189, 0.841];
@@ -79,13 +78,6 @@ pub struct Note {
     pub items: Vec<String>,
 }
 
-impl Display for Note {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.what)?;
-        if self.items.is_empty() { Ok(()) } else { write!(f, ": {}", self.items.join(", ")) }
-    }
-}
-
 /// A branch that closes a loop, and is cut at its second end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
@@ -110,6 +102,8 @@ pub struct Board {
     pub points: Vec<Point>,
     /// Loops that are cut open.
     pub cuts: Vec<Cut>,
+    /// A vertex of each piece, from which frames are carried outward.
+    pub roots: Vec<usize>,
     /// Branches of trunks, by index.
     pub trunk: Vec<usize>,
     /// What holds the harness.
@@ -157,15 +151,14 @@ pub fn lay(harness: &Harness, options: &Options) -> Result<Board, Error> {
         Graph { vertices: harness.vertices.len(), strands: strands.collect(), leaves_at: leaves_at(harness, &planes) };
     let inner = |board: [f64; 2]| board.map(|x| x - 2.0 * options.margin);
     let outer = |size: [f64; 2]| size.map(|x| x + 2.0 * options.margin);
-    let too_small = |board, needed| Error::TooSmall { board, needed: outer(needed), margin: options.margin };
-    let free = Room { gap: options.gap, board: None };
-    let straight = lay_out(&graph, &free).map_err(|size| too_small(size, size))?;
+    let straight = lay_out(&graph, options.gap);
     let fits = |board: [f64; 2]| straight.size.iter().zip(inner(board)).all(|(own, room)| *own <= room);
     let layout = match options.board.filter(|board| !fits(*board)) {
         None => straight,
-        Some(board) if inner(board).iter().any(|x| *x <= 0.0) => return Err(too_small(board, straight.size)),
         Some(board) => {
-            lay_out(&graph, &Room { board: Some(inner(board)), ..free }).map_err(|_| too_small(board, straight.size))?
+            let room = Some(inner(board)).filter(|room| room.iter().all(|x| *x > 0.0));
+            let found = room.and_then(|room| lay_out_within(&graph, options.gap, room));
+            found.ok_or(Error::TooSmall { board, needed: outer(straight.size), margin: options.margin })?
         }
     };
 
@@ -194,6 +187,7 @@ pub fn lay(harness: &Harness, options: &Options) -> Result<Board, Error> {
         lines,
         points,
         cuts,
+        roots: ways.order.iter().copied().filter(|vertex| ways.before[*vertex].is_none()).collect(),
         trunk: layout.trunk,
         pegs,
         frames: frames.branches,

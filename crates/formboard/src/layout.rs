@@ -4,7 +4,7 @@ use crate::clearance::Rules;
 use crate::line::{Line, Point};
 use crate::search::{Limits, STEP, search};
 use crate::tree::{Strand, Tree};
-use crate::unfold::{Edge, Turning, unfold};
+use crate::unfold::{self, Edge, Turning, unfold};
 use std::f64::consts::{PI, TAU};
 
 /// Zones of forks that are tried, one after the other.
@@ -25,15 +25,6 @@ pub(crate) struct Graph {
     pub leaves_at: Vec<[f64; 2]>,
 }
 
-/// What the layout must keep to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Room {
-    /// Distance between the surfaces of branches, m.
-    pub gap: f64,
-    /// Largest width and height, m.
-    pub board: Option<[f64; 2]>,
-}
-
 /// Centre lines on a board.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
@@ -52,45 +43,45 @@ pub(crate) struct Layout {
     pub straight: bool,
 }
 
-/// The layout of a graph, or the least size that was found for it without a limit, if the board is too small.
-pub(crate) fn lay_out(graph: &Graph, room: &Room) -> Result<Layout, [f64; 2]> {
-    let (graph, cut) = opened(graph);
-    let edges = edges(&graph);
-    let towards_drawn = unfold(graph.vertices, &edges, Turning::Daylight);
-    let closed = vec![false; graph.strands.len()];
-    let mut laid: Vec<Laid> = Vec::new();
-    let mut fits = true;
-    for piece in towards_drawn.pieces.iter().filter(|piece| piece.vertices.len() > 1) {
-        let start = Tree::new(piece, &graph.strands, &closed, &towards_drawn.points);
-        let wedges = || {
-            let all = unfold(graph.vertices, &edges, Turning::Wedges);
-            Tree::new(piece, &graph.strands, &closed, &all.points)
-        };
-        let on_board = room.board.map(|_| lay_piece(&start, wedges, room));
-        laid.push(match on_board {
-            Some(Some(found)) => found,
-            own => {
-                fits &= own.is_none();
-                let free = Room { board: None, ..*room };
-                lay_piece(&start, wedges, &free).unwrap_or_else(|| in_wedges(wedges(), room.gap))
-            }
-        });
-    }
-    let layout = together(&graph, laid, cut, room);
-    let [width, height] = layout.size;
-    fits &= room.board.is_none_or(|[w, h]| width <= w && height <= h);
-    if fits { Ok(layout) } else { Err(layout.size) }
+/// The layout of a graph on a board of its own size. `gap`: distance between the surfaces of branches, m.
+pub(crate) fn lay_out(graph: &Graph, gap: f64) -> Layout {
+    Opened::of(graph).laid(gap, |piece| Some(piece.free(gap))).unwrap_or_else(|| unreachable!("every piece is laid"))
+}
+
+/// The layout of a graph within a width and height, m; `None` if none is found.
+pub(crate) fn lay_out_within(graph: &Graph, gap: f64, board: [f64; 2]) -> Option<Layout> {
+    let layout = Opened::of(graph).laid(gap, |piece| piece.within(gap, board))?;
+    layout.size.iter().zip(board).all(|(own, room)| *own <= room).then_some(layout)
 }
 
 /// A graph without loops: every strand that closes one ends at a vertex of its own instead of its second one.
-fn opened(graph: &Graph) -> (Graph, Vec<usize>) {
-    let closing = unfold(graph.vertices, &edges(graph), Turning::Wedges).closing;
-    let mut graph = graph.clone();
-    for &strand in &closing {
-        graph.strands[strand].ends[1] = graph.vertices;
-        graph.vertices += 1;
+struct Opened {
+    graph: Graph,
+    edges: Vec<Edge>,
+    cut: Vec<usize>,
+}
+
+impl Opened {
+    fn of(graph: &Graph) -> Self {
+        let cut = unfold(graph.vertices, &edges(graph), Turning::Wedges).closing;
+        let mut graph = graph.clone();
+        for &strand in &cut {
+            graph.strands[strand].ends[1] = graph.vertices;
+            graph.vertices += 1;
+        }
+        Self { edges: edges(&graph), graph, cut }
     }
-    (graph, closing)
+
+    /// All pieces as `lay` lays them; `None` if it does not lay one.
+    fn laid(self, gap: f64, lay: impl Fn(&Piece<'_>) -> Option<Laid>) -> Option<Layout> {
+        let towards_drawn = unfold(self.graph.vertices, &self.edges, Turning::Daylight);
+        let laid = towards_drawn.pieces.iter().filter(|piece| piece.vertices.len() > 1).map(|piece| {
+            let start = Tree::new(piece, &self.graph.strands, &towards_drawn.points);
+            lay(&Piece { opened: &self, piece, start })
+        });
+        let laid: Vec<Laid> = laid.collect::<Option<_>>()?;
+        Some(together(&self.graph, laid, self.cut, gap))
+    }
 }
 
 fn edges(graph: &Graph) -> Vec<Edge> {
@@ -103,25 +94,49 @@ struct Laid {
     zone: f64,
 }
 
-/// A piece: with the narrowest zones around forks that the search finds a layout for.
-fn lay_piece(start: &Tree, wedges: impl Fn() -> Tree, room: &Room) -> Option<Laid> {
-    let limits = |zone: f64, angle: f64| Limits { rules: Rules { gap: room.gap, zone, angle }, board: room.board };
-    let mut rounded = start.clone();
-    rounded.straighten();
-    rounded.round_directions(STEP);
-    let tried = ZONES.iter().enumerate().find_map(|(k, &zone)| {
-        let tree = search(&rounded, &limits(zone, ANGLE), k as u64)?;
-        Some(Laid { tree, zone })
-    });
-    // A board is filled from the side of a straight trunk, or not at all.
-    tried.or_else(|| {
-        if room.board.is_some() {
-            return None;
-        }
-        let wedges = in_wedges(wedges(), room.gap);
-        let tree = search(&wedges.tree, &limits(wedges.zone, angle_of(&wedges.tree)), 0)?;
-        Some(Laid { tree, zone: wedges.zone })
-    })
+/// A connected piece of a graph.
+struct Piece<'a> {
+    opened: &'a Opened,
+    piece: &'a unfold::Piece,
+    /// Near its drawn angles.
+    start: Tree,
+}
+
+impl Piece<'_> {
+    /// With the narrowest zones around forks that the search finds a layout for; in wedges if it finds none.
+    fn free(&self, gap: f64) -> Laid {
+        self.searched(gap, None).unwrap_or_else(|| {
+            let wedges = self.in_wedges(gap);
+            let limits = Limits { rules: Rules { gap, zone: wedges.zone, angle: angle_of(&wedges.tree) }, board: None };
+            search(&wedges.tree, &limits, 0).map_or(wedges, |tree| Laid { tree, zone: limits.rules.zone })
+        })
+    }
+
+    /// A board is filled from the side of a straight trunk, or not at all.
+    fn within(&self, gap: f64, board: [f64; 2]) -> Option<Laid> {
+        self.searched(gap, Some(board))
+    }
+
+    fn searched(&self, gap: f64, board: Option<[f64; 2]>) -> Option<Laid> {
+        let mut rounded = self.start.clone();
+        rounded.straighten();
+        rounded.round_directions(STEP);
+        ZONES.iter().enumerate().find_map(|(k, &zone)| {
+            let tree = search(&rounded, &Limits { rules: Rules { gap, zone, angle: ANGLE }, board }, k as u64)?;
+            Some(Laid { tree, zone })
+        })
+    }
+
+    /// The piece in wedges of equal angle per leaf. It keeps the rules by construction (`Turning::Wedges`), with zones
+    /// that grow with the number n of leaves: places with a distance D are at most `D / sin(π/n)` apart along the
+    /// harness.
+    fn in_wedges(&self, gap: f64) -> Laid {
+        let Opened { graph, edges, .. } = self.opened;
+        let tree = Tree::new(self.piece, &graph.strands, &unfold(graph.vertices, edges, Turning::Wedges).points);
+        let zone = ZONES[0].max((1.0 + 1e-9) / (PI / leaves(&tree)).sin());
+        debug_assert!(tree.breaches(&Rules { gap, zone, angle: angle_of(&tree) }).is_empty());
+        Laid { tree, zone }
+    }
 }
 
 fn leaves(tree: &Tree) -> f64 {
@@ -134,16 +149,8 @@ fn angle_of(tree: &Tree) -> f64 {
     ANGLE.min(TAU / leaves(tree) * (1.0 - 1e-9))
 }
 
-/// A piece in wedges of equal angle per leaf. It keeps the rules by construction (`Turning::Wedges`), with zones that
-/// grow with the number n of leaves: places with a distance D are at most `D / sin(π/n)` apart along the harness.
-fn in_wedges(tree: Tree, gap: f64) -> Laid {
-    let zone = ZONES[0].max((1.0 + 1e-9) / (PI / leaves(&tree)).sin());
-    debug_assert!(tree.breaches(&Rules { gap, zone, angle: angle_of(&tree) }).is_empty());
-    Laid { tree, zone }
-}
-
 /// All pieces, one below the other.
-fn together(graph: &Graph, laid: Vec<Laid>, cut: Vec<usize>, room: &Room) -> Layout {
+fn together(graph: &Graph, laid: Vec<Laid>, cut: Vec<usize>, gap: f64) -> Layout {
     let none = Line { start: Point::zeros(), direction: 0.0, curvature: 0.0, length: 0.0 };
     let mut layout = Layout {
         lines: vec![none; graph.strands.len()],
@@ -157,7 +164,7 @@ fn together(graph: &Graph, laid: Vec<Laid>, cut: Vec<usize>, room: &Room) -> Lay
     for (k, Laid { mut tree, .. }) in laid.into_iter().enumerate() {
         let [low, high] = tree.extent();
         if k > 0 {
-            floor -= PIECES + room.gap;
+            floor -= PIECES + gap;
         }
         tree.shift(Point::new(-low.x, floor - high.y));
         floor -= high.y - low.y;

@@ -50,6 +50,18 @@ impl Line {
         Self { start: self.end(), direction, curvature: -self.curvature, length: self.length }
     }
 
+    /// The line in parts of equal length.
+    #[cfg(feature = "drawings")]
+    pub(crate) fn divided(&self, parts: usize) -> impl Iterator<Item = Self> {
+        let length = self.length / parts as f64;
+        (0..parts).map(move |k| length * k as f64).map(move |s| Self {
+            start: self.at(s),
+            direction: self.direction_at(s),
+            curvature: self.curvature,
+            length,
+        })
+    }
+
     /// Number of chords that stand for it in distances.
     pub(crate) fn chords(&self) -> usize {
         let turn = (self.curvature * self.length).abs();

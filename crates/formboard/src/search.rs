@@ -9,8 +9,9 @@
 //! ```
 //!
 //! The first two must become zero: a layout that has them is none. A move turns a branch with all that it carries,
-//! turns it alone, reflects what it carries, or bends it. Only what a move changes is computed anew. The same harness
-//! gives the same board: the generator of random numbers has a fixed seed, and no clock is read.
+//! turns it alone, reflects what it carries, or bends it. Of the breaches and deviations only those that it may change are
+//! computed anew. The same harness gives the same board: the generator of random numbers has a fixed seed, and no clock
+//! is read.
 
 use crate::clearance::Rules;
 use crate::line::{Point, wrapped};
@@ -111,10 +112,13 @@ struct State {
     deviations: f64,
     /// Area of the start, m².
     area: f64,
-    saved: Option<Saved>,
+    saved: Saved,
 }
 
+/// What was there before the last move.
+#[derive(Default)]
 struct Saved {
+    /// The first limb that it changed.
     first: usize,
     limbs: Vec<Limb>,
     breaches: f64,
@@ -127,8 +131,16 @@ impl State {
         let [low, high] = tree.extent();
         let size = high - low;
         let area = size.max().powi(2);
-        let mut state =
-            Self { tree, limits, weights: [1.0; 2], breaches: 0.0, broken: 0, deviations: 0.0, area, saved: None };
+        let mut state = Self {
+            tree,
+            limits,
+            weights: [1.0; 2],
+            breaches: 0.0,
+            broken: 0,
+            deviations: 0.0,
+            area,
+            saved: Saved::default(),
+        };
         state.renew();
         state
     }
@@ -248,13 +260,10 @@ impl State {
     fn apply(&mut self, limb: usize, action: Action) {
         let within = matches!(action, Action::TurnAlone(_) | Action::Bend(_));
         let last = self.tree.limbs[limb].last;
-        self.saved = Some(Saved {
-            first: limb,
-            limbs: self.tree.limbs[limb..last].to_vec(),
-            breaches: self.breaches,
-            broken: self.broken,
-            deviations: self.deviations,
-        });
+        self.saved.first = limb;
+        self.saved.limbs.clear();
+        self.saved.limbs.extend_from_slice(&self.tree.limbs[limb..last]);
+        (self.saved.breaches, self.saved.broken, self.saved.deviations) = (self.breaches, self.broken, self.deviations);
         let (sum, count) = self.breaches_of(limb, within);
         // A reflection changes the deviation of everything that is reflected.
         let deviations = |state: &Self| match action {
@@ -277,11 +286,10 @@ impl State {
         self.deviations += deviations(self) - before;
     }
 
+    /// Takes the last move back.
     fn undo(&mut self) {
-        if let Some(saved) = self.saved.take() {
-            let Saved { first, limbs, breaches, broken, deviations } = saved;
-            self.tree.limbs[first..first + limbs.len()].clone_from_slice(&limbs);
-            (self.breaches, self.broken, self.deviations) = (breaches, broken, deviations);
-        }
+        let Saved { first, limbs, breaches, broken, deviations } = &self.saved;
+        self.tree.limbs[*first..first + limbs.len()].copy_from_slice(limbs);
+        (self.breaches, self.broken, self.deviations) = (*breaches, *broken, *deviations);
     }
 }

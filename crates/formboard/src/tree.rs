@@ -17,7 +17,7 @@ pub(crate) struct Strand {
 }
 
 /// An edge of the tree, from its inner to its outer vertex.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Limb {
     /// Index of the branch.
     pub branch: usize,
@@ -50,9 +50,9 @@ pub(crate) struct Tree {
 
 impl Tree {
     /// The tree of a piece, with straight limbs between points.
-    pub fn new(piece: &Piece, strands: &[Strand], closed: &[bool], points: &[Point]) -> Self {
+    pub fn new(piece: &Piece, strands: &[Strand], points: &[Point]) -> Self {
         let mut at: HashMap<usize, Vec<usize>> = piece.vertices.iter().map(|&v| (v, Vec::new())).collect();
-        for (k, strand) in strands.iter().enumerate().filter(|(k, _)| !closed[*k]) {
+        for (k, strand) in strands.iter().enumerate() {
             for end in strand.ends {
                 if let Some(list) = at.get_mut(&end) {
                     list.push(k);
@@ -61,10 +61,6 @@ impl Tree {
         }
         let steps: HashSet<[usize; 2]> = piece.trunk.array_windows().copied().collect();
         let on_trunk = |[a, b]: [usize; 2]| steps.contains(&[a, b]) || steps.contains(&[b, a]);
-        let trunk: HashMap<usize, bool> = match piece.trunk.len() {
-            0 => HashMap::new(),
-            _ => at.values().flatten().map(|&k| (k, on_trunk(strands[k].ends))).collect(),
-        };
         let root = piece.trunk[0];
         let mut limbs: Vec<Limb> = Vec::new();
         // Depth first: a limb is numbered when it is taken, and its outer limbs are put on top.
@@ -88,7 +84,7 @@ impl Tree {
                 parent,
                 last: 0,
                 way: before + strand.length,
-                trunk: trunk[&k],
+                trunk: on_trunk(strand.ends),
                 wanted,
                 arms: at[&inner].len(),
                 extent: line.extent(),

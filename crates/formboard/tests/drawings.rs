@@ -4,7 +4,8 @@
 use lopdf::Document;
 use wireloom_formboard::drawing::{Drawing, Paper, Table, branches, dxf, not_printable, parts, pdf, svg};
 use wireloom_formboard::{
-    Arm, Board, Branch, Clip, Error, Harness, Holds, Joint, Options, Peg, Place, Rotation, Vector, Vertex, lay,
+    Arm, Board, Branch, Clip, Error, Harness, Holds, Joint, Line, Options, Peg, Place, Point, Rotation, Vector, Vertex,
+    lay,
 };
 
 /// A trunk of four pieces with two arms at each fork.
@@ -125,6 +126,23 @@ fn a_pdf_that_is_read_again_has_its_pages_at_their_size() {
     assert!(not_printable(&drawing).is_empty());
     let chinese = Drawing { title: "x", tables: &[Table::new("线束 Ω", &["a"])], ..drawing };
     assert_eq!(not_printable(&chinese), ['Ω', '束', '线']);
+}
+
+/// All pages of the box around a long cable were printed, whether it crosses them or not.
+#[test]
+fn a_slanted_cable_is_on_the_pages_that_it_crosses_alone() {
+    let (harness, mut board) = on(None);
+    let trunk = board.lines[0];
+    board.size = [10.0, 10.0];
+    for line in &mut board.lines {
+        *line = Line { start: Point::zeros(), direction: std::f64::consts::FRAC_PI_4, ..trunk };
+    }
+    board.lines[0].length = 14.0;
+    (board.pegs, board.sheets) = (Vec::new(), None);
+    let drawing = Drawing { title: "", harness: &harness, board: &board, tables: &[] };
+    let pages = Document::load_mem(&pdf(&drawing, Paper::A4)).expect("PDF").get_pages().len();
+    // 52 columns of 190 mm and 36 rows of 277 mm: as many borders are crossed, and beside each is another page.
+    assert!((52..300).contains(&pages), "{pages}");
 }
 
 #[test]

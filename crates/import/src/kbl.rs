@@ -96,5 +96,5 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
 /// # Errors
 /// Where the text is not XML or not KBL.
 pub fn contents(text: &str) -> Result<Contents, ImportError> {
-    Ok(document::modules::contents(document::xml(text)?.root_element()))
+    document::contents(text)
 }

@@ -90,10 +90,12 @@ fn part_numbers(path: &PathBuf) -> Result<(), Failed> {
         let missing: Vec<&&str> = numbers.iter().filter(|number| !named.contains(**number)).collect();
         assert!(missing.is_empty(), "{kind}: {missing:?}");
     }
-    // All signals; all but a point that nothing refers to and the families of modules is used or named.
+    // All signals. Not used or named are a point and a unit that nothing refers to, the variants (all modules are
+    // taken), lists of parts that belong to no module, and the families of modules.
     assert_eq!(all.connections.iter().filter(|own| own.signal.is_some() && own.ends.len() == 2).count(), 254);
     let unread: Vec<_> = imported.usage.iter().filter(|own| own.not_read > 0).map(|own| own.kind.as_str()).collect();
-    assert_eq!(unread, ["Cartesian_point", "Module_families"]);
+    let expected = ["Cartesian_point", "Harness_configuration", "Module_configuration", "Module_families", "Unit"];
+    assert_eq!(unread, expected);
     Ok(())
 }
 
@@ -153,6 +155,15 @@ fn variants(path: &PathBuf) -> Result<(), Failed> {
     let counts = |scenario: &toml::Table| ["branches", "constraints"].map(|key| list(scenario, key).len());
     assert_eq!((counts(&least), counts(&most)), ([148, 79], counts(&all)));
     assert_eq!(most["sections"], all["sections"]);
+    // What the smallest one does not have is left out, and not said to be used.
+    let selection = Selection::Variant("Kombination_MINI".to_owned());
+    let usage = import(&text, &Options { selection, ..Options::default() })?.usage;
+    let used_and_left_out = ["Module", "Node", "Routing", "Segment"].map(|kind| {
+        let own = usage.iter().find(|own| own.kind == kind).expect(kind);
+        assert_eq!(own.kept + own.not_read, 0, "{own:?}");
+        [own.used, own.left_out]
+    });
+    assert_eq!(used_and_left_out, [[7, 27], [149, 35], [165, 89], [148, 35]]);
     Ok(())
 }
 

@@ -342,6 +342,7 @@ fn arms_and_connectors_point_as_drawn() {
 fn every_irregularity_is_reported() {
     let findings: Vec<String> = imported(SMALL).findings.iter().map(ToString::to_string).collect();
     let expected = [
+        "parts of elements that are not read (2 of them): 1 Bend_radius, 1 Outside_diameter",
         "coverings are replaced by those of the library (tapes by half lap unless they say otherwise), with the file's \
          masses and diameters: `test tape`: pvc tape, half lap",
         "segments without usable centre curve; straight from node to node (2 of them): s2, s4",
@@ -530,15 +531,17 @@ fn part_numbers_signals_and_cavities_stay_with_their_parts() {
     assert_eq!(connections[2].identity.part, text("W 2"));
 }
 
-/// The table of an import counts every element once.
+/// A row of the table of an import, which counts every element once.
+fn row(imported: &Imported, kind: &str) -> [usize; 4] {
+    let own = imported.usage.iter().find(|own| own.kind == kind).unwrap_or_else(|| panic!("{kind}"));
+    assert_eq!(own.total, own.used + own.kept + own.left_out + own.not_read, "{own:?}");
+    [own.used, own.kept, own.left_out, own.not_read]
+}
+
 #[test]
 fn an_import_says_what_became_of_each_element() {
     let imported = imported(&numbered());
-    let row = |kind: &str| {
-        let own = imported.usage.iter().find(|own| own.kind == kind).unwrap_or_else(|| panic!("{kind}"));
-        assert_eq!(own.total, own.used + own.kept + own.left_out + own.not_read, "{own:?}");
-        [own.used, own.kept, own.left_out, own.not_read]
-    };
+    let row = |kind: &str| row(&imported, kind);
     assert_eq!(row("Segment"), [4, 0, 0, 0]);
     assert_eq!(row("Cartesian_point"), [7, 0, 0, 0]);
     // Plugs A and B act, the splice and the spare one do not.
@@ -549,6 +552,94 @@ fn an_import_says_what_became_of_each_element() {
     assert_eq!(row("General_wire"), [2, 0, 0, 0]);
     assert_eq!(row("Module_families"), [0, 0, 0, 1]);
     assert!(imported.scenario.contains("# - 1 Module_families: 0 used, 0 named, 0 of other modules, 1 not read"));
+}
+
+/// What other modules have, and what only these need, is left out; what nothing reads is not called used.
+#[test]
+fn with_chosen_modules_an_import_says_what_is_left_out() {
+    let plain = selected(Selection::Variant("plain".to_owned())).unwrap();
+    let expected = [
+        ("Connection", [2, 0, 2, 0]),
+        // The housing of plug A, in every car, acts; plug B and the splice belong to the left arm.
+        ("Connector_occurrence", [1, 0, 2, 0]),
+        ("Fixing_occurrence", [1, 0, 0, 0]),
+        ("General_wire", [2, 0, 0, 0]),
+        ("General_wire_occurrence", [2, 0, 2, 0]),
+        ("Harness_configuration", [1, 0, 2, 0]),
+        ("Module", [1, 0, 2, 0]),
+        ("Module_configuration", [1, 0, 0, 0]),
+        ("Node", [3, 0, 2, 0]),
+        ("Routing", [2, 0, 2, 0]),
+        ("Segment", [2, 0, 2, 0]),
+        ("Wire_protection_occurrence", [1, 0, 0, 0]),
+        // The end of the stub, and the metre, in which only the left arm has its length.
+        ("Cartesian_point", [6, 0, 1, 0]),
+        ("Unit", [4, 0, 1, 0]),
+    ];
+    for (kind, expected) in expected {
+        assert_eq!(row(&plain, kind), expected, "{kind}");
+    }
+    let said: Vec<String> = plain.findings.iter().map(ToString::to_string).collect();
+    assert!(!said.iter().any(|line| line.contains("elements that are not read: ")), "{said:#?}");
+    // With all modules the variants choose nothing.
+    let all = selected(Selection::All).unwrap();
+    let rows = ["Harness_configuration", "Module", "Segment", "Unit"].map(|kind| row(&all, kind));
+    assert_eq!(rows, [[0, 0, 0, 3], [3, 0, 0, 0], [4, 0, 0, 0], [5, 0, 0, 0]]);
+}
+
+/// A variant complained of coverings and fixings of other modules, and of those on segments that it does not have.
+#[test]
+fn with_chosen_modules_nothing_is_said_of_what_is_left_out() {
+    let left = selected(Selection::Modules(vec!["L-1".to_owned()])).unwrap();
+    let plain = selected(Selection::Variant("plain".to_owned())).unwrap();
+    for finding in left.findings.iter().chain(&plain.findings) {
+        let wrong = ["cover no segment", "assigned to no segment", "sit at no node", "in the file; left out"];
+        assert!(!wrong.iter().any(|words| finding.what.contains(words)), "{finding}");
+    }
+}
+
+/// Occurrences that stand in parts were counted as not read, and so was what stands in a part that is not read.
+#[test]
+fn parts_of_elements_are_told_once_and_only_if_nothing_reads_them() {
+    let said = |text: &str| {
+        let findings = imported(text).findings;
+        findings.into_iter().find(|own| own.what == "parts of elements that are not read").map(|own| own.items)
+    };
+    // Of the core of the cable that no wire is, its copper alone is read.
+    let unused = ["1 Bend_radius", "1 Outside_diameter"];
+    assert_eq!(said(SMALL).unwrap(), unused);
+    let length = "<Length_information><Length_type>cut</Length_type><Length_value><Value_component>1</Value_component>\
+                  </Length_value></Length_information>";
+    let text = assembled(1)
+        .replace("<General_wire_occurrence id=\"w1\">", &format!("<General_wire_occurrence id=\"w1\">{length}"));
+    assert_eq!(said(&text).unwrap(), ["1 Bend_radius", "1 Length_information", "1 Outside_diameter"]);
+}
+
+/// The small harness with so many occurrences of an assembly, in which a fixing stands.
+fn assembled(count: usize) -> String {
+    let occurrences: String = (0..count)
+        .map(|k| {
+            format!(
+                "<Assembly_part_occurrence id=\"ao{k}\"><Id>assembly {k}</Id><Part>assembly</Part>\
+                 </Assembly_part_occurrence>"
+            )
+        })
+        .collect();
+    with("<General_wire_occurrence id=\"w1\">", &format!("{occurrences}<General_wire_occurrence id=\"w1\">")).replace(
+        "<General_wire id=\"part1\">",
+        "<Assembly_part id=\"assembly\"><Part_number>A 1</Part_number>\
+         <Fixing_occurrence id=\"inner\"><Id>inner clip</Id><Part>clamp</Part></Fixing_occurrence></Assembly_part>\
+         <Fixing id=\"clamp\"><Part_number>F 2</Part_number></Fixing><General_wire id=\"part1\">",
+    )
+}
+
+/// Only the first assembly of several had what stands in it.
+#[test]
+fn what_stands_in_a_part_is_at_each_occurrence_of_it() {
+    let components = checked(&imported(&assembled(3)).scenario).identities.components;
+    let inner = components.iter().filter(|own| own.identity.part.as_deref() == Some("F 2"));
+    let at: Vec<&str> = inner.filter_map(|own| own.connector.as_deref()).collect();
+    assert_eq!(at, ["assembly 0", "assembly 1", "assembly 2"]);
 }
 
 /// On the board nothing but pegs holds the harness: its connectors and clips are listed.

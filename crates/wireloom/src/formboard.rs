@@ -21,12 +21,12 @@ pub use wireloom_formboard::{
 
 use drawing::{Drawing, Table};
 use std::collections::{HashMap, HashSet};
-use wireloom_core::load::LoadAction;
+use wireloom_core::load::{LineForce, LoadAction};
 use wireloom_core::{Registry, Rotation, Vector};
 use wireloom_formboard::{Arm, Branch, Clip, Joint, Vertex, lay};
-use wireloom_scenario::flat::{Flat, FlatBranch, FlatJoint, Held, Hold, on_board};
+use wireloom_scenario::flat::{Flat, FlatBranch, FlatJoint, FlatLoad, Held, Hold, on_board};
 use wireloom_scenario::record::{self, Attachment};
-use wireloom_scenario::{At, Fault, Files, Scenario};
+use wireloom_scenario::{At, Fault, Files, Load, Scenario};
 
 /// Wishes for a formboard.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -210,7 +210,7 @@ struct Flattened<'a> {
 
 impl Flattened<'_> {
     /// What is written.
-    fn flat(&self, loads: Vec<(String, [f64; 3])>) -> Flat {
+    fn flat(&self, loads: Vec<FlatLoad>) -> Flat {
         let gravity = self.scenario.gravity.norm();
         Flat {
             name: format!("{}, on the board", self.scenario.name),
@@ -258,32 +258,38 @@ impl Flattened<'_> {
         !self.is_cut(arm.branch) || self.harness.branches[arm.branch].ends[0] == joint.vertex
     }
 
+    /// Whether a joint is one on the board: one whose other arms are cut is an end there.
+    fn is_joint(&self, joint: &Joint) -> bool {
+        joint.arms.iter().filter(|arm| self.stays(joint, arm)).count() > 1
+    }
+
     fn joints(&self) -> Vec<FlatJoint> {
         let rest = self.board.rest(self.harness, self.memory);
-        let all = self.harness.joints.iter().zip(rest).map(|(joint, rest)| {
+        let all = self.harness.joints.iter().zip(rest).filter(|(joint, _)| self.is_joint(joint));
+        let all = all.map(|(joint, rest)| {
             let arms = joint.arms.iter().zip(rest).filter(|(arm, _)| self.stays(joint, arm));
             let named =
                 |(arm, rest): (&Arm, Rotation)| (self.harness.branches[arm.branch].name.clone(), quaternion(&rest));
             FlatJoint { name: self.harness.vertices[joint.vertex].name.clone(), arms: arms.map(named).collect() }
         });
-        all.filter(|joint| joint.arms.len() > 1).collect()
+        all.collect()
     }
 
     /// Pegs, and at the root of each piece a support that holds the whole pose.
     fn held(&self) -> Vec<Held> {
-        let several = |joint: &&Joint| joint.arms.iter().filter(|arm| self.stays(joint, arm)).count() > 1;
-        let joints: HashSet<usize> = self.harness.joints.iter().filter(several).map(|joint| joint.vertex).collect();
-        let mut roots = self.roots();
+        let joints = self.harness.joints.iter().filter(|joint| self.is_joint(joint));
+        let joints: HashSet<usize> = joints.map(|joint| joint.vertex).collect();
+        let roots: HashSet<usize> = self.board.roots.iter().copied().collect();
         let held = |peg: &Peg| {
             let (at, how) = match peg.at {
                 Place::Vertex(vertex) => {
                     let name = self.harness.vertices[vertex].name.clone();
                     let is_joint = joints.contains(&vertex);
                     let at = if is_joint { Attachment::Joint(name) } else { Attachment::End(name) };
-                    let how = match roots.take(&vertex) {
-                        Some(_) if is_joint => Hold::Position,
-                        Some(_) => self.pose(vertex),
-                        None => Hold::Spring(Peg::STIFFNESS),
+                    let how = match roots.contains(&vertex) {
+                        false => Hold::Spring(Peg::STIFFNESS),
+                        true if is_joint => Hold::Position,
+                        true => self.pose(vertex),
                     };
                     (at, how)
                 }
@@ -301,31 +307,6 @@ impl Flattened<'_> {
         self.board.pegs.iter().map(held).collect()
     }
 
-    /// A root of each piece: the preferred one that is an end on the board, or else its first vertex.
-    fn roots(&self) -> HashSet<usize> {
-        let n = self.harness.vertices.len();
-        let mut at: Vec<Vec<usize>> = vec![Vec::new(); n];
-        for branch in &self.harness.branches {
-            let [a, b] = branch.ends;
-            at[a].push(b);
-            at[b].push(a);
-        }
-        let (mut seen, mut roots) = (vec![false; n], HashSet::new());
-        for root in self.harness.roots.iter().copied().chain(0..n) {
-            if seen[root] {
-                continue;
-            }
-            roots.insert(root);
-            let mut open = vec![root];
-            while let Some(vertex) = open.pop() {
-                if !std::mem::replace(&mut seen[vertex], true) {
-                    open.extend(&at[vertex]);
-                }
-            }
-        }
-        roots
-    }
-
     /// The pose of the only branch at an end.
     fn pose(&self, vertex: usize) -> Hold {
         let found = self.harness.branches.iter().enumerate().find_map(|(k, branch)| {
@@ -337,25 +318,34 @@ impl Flattened<'_> {
     }
 
     /// Loads that stay: weights, which pull as gravity does; and the names of the others.
-    fn loads(&self) -> (Vec<(String, [f64; 3])>, Vec<String>) {
+    fn loads(&self) -> (Vec<FlatLoad>, Vec<String>) {
         let (mut weights, mut others) = (Vec::new(), Vec::new());
         let down = self.scenario.gravity.try_normalize(0.0);
         for load in &self.scenario.loads {
-            let weight = match (&load.action, down) {
-                (LoadAction::At { force, moment, follows: false, .. }, Some(down)) if *moment == Vector::zeros() => {
-                    let pull = force.dot(&down);
-                    ((force - down * pull).norm() <= 1e-9 * force.norm() && pull > 0.0).then_some(pull)
-                }
+            let force = match &load.action {
+                LoadAction::At { force, moment, follows: false, .. } if *moment == Vector::zeros() => Some(force),
+                LoadAction::Along { force: LineForce::Dead(force), .. } => Some(force),
                 _ => None,
             };
-            // A load of a branch that is cut may be at the end that it has no more.
-            let there = self.board.cuts.is_empty() || load.places().all(|place| matches!(place, At::Joint(_)));
-            match weight.filter(|_| there) {
-                Some(weight) => weights.push((load.name.clone(), [0.0, 0.0, -weight])),
+            let pull = force.zip(down).and_then(|(force, down)| {
+                let pull = force.dot(&down);
+                ((force - down * pull).norm() <= 1e-9 * force.norm() && load.factor * pull > 0.0).then_some(pull)
+            });
+            match pull {
+                Some(pull) => {
+                    weights.push(FlatLoad { name: load.name.clone(), at: self.moved(load), force: [0.0, 0.0, -pull] });
+                }
                 None => others.push(format!("`{}`", load.name)),
             }
         }
         (weights, others)
+    }
+
+    /// Where a load at a joint acts that is an end on the board.
+    fn moved(&self, load: &Load) -> Option<Attachment> {
+        let LoadAction::At { place: At::Joint(joint), .. } = load.action else { return None };
+        let joint = &self.harness.joints[joint];
+        (!self.is_joint(joint)).then(|| Attachment::End(self.harness.vertices[joint.vertex].name.clone()))
     }
 }
 

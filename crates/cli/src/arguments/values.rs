@@ -19,7 +19,20 @@ pub fn board(text: &str) -> Result<[f64; 2], String> {
     let Some((width, height)) = text.split_once(['x', '×']) else {
         return Err(format!("`{text}` is no width and height: write such as 4000x1600 (mm) or \"4 m x 1.6 m\""));
     };
-    Ok([millimetres(width)?, millimetres(height)?])
+    let size = [millimetres(width)?, millimetres(height)?];
+    too_large(size)?;
+    Ok(size)
+}
+
+/// Largest side of a board, m: beyond it the numbers of a PDF are coarser than 0.01 mm, and its pages are very many.
+const LARGEST_BOARD: f64 = 100.0;
+
+/// Refuses a board that is too large to be drawn.
+pub fn too_large([width, height]: [f64; 2]) -> Result<(), String> {
+    if width.max(height) <= LARGEST_BOARD {
+        return Ok(());
+    }
+    Err(format!("a board of {width:.1} m x {height:.1} m cannot be drawn; {LARGEST_BOARD} m is the longest side"))
 }
 
 /// A length in m; a number without a unit is divided by `plain`.
@@ -79,7 +92,7 @@ mod tests {
         for text in ["4000x1600", "4 m x 1.6 m", "4000 mm × 160 cm"] {
             assert_eq!(board(text), Ok([4.0, 1.6]), "{text}");
         }
-        for text in ["", "4000", "4000x", "x1600", "4000x-1", "0x10", "4000xlarge", "1x2x3", "inf x 1"] {
+        for text in ["", "4000", "4000x", "x1600", "4000x-1", "0x10", "4000xlarge", "1x2x3", "inf x 1", "200 m x 1 m"] {
             assert!(board(text).is_err(), "{text}");
         }
     }

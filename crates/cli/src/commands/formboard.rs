@@ -1,12 +1,14 @@
 //! `wireloom formboard`: the harness flat, its drawings, and a scenario of it.
 
+use super::import::ACCURACY;
+use crate::arguments::values::too_large;
 use crate::arguments::{FormboardArguments, Paper};
 use crate::failure::{Failure, Outcome};
 use crate::files::folder::Folder;
 use crate::files::load::{self, Beside};
 use crate::plugin::trust::Trust;
 use crate::print::progress::Bar;
-use crate::print::text::{counted, printable};
+use crate::print::text::{counted, found, printable};
 use crate::size;
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,12 +21,6 @@ use wireloom::{Built, Registry};
 /// The scenario of the harness on the board.
 const SCENARIO: &str = "board.toml";
 
-/// Accuracy of the mesh of a scenario that is made from a KBL file.
-const ACCURACY: f64 = 0.02;
-
-/// Items of a note that are shown.
-const ITEMS: usize = 6;
-
 /// A harness as it is read.
 struct Source {
     text: String,
@@ -34,6 +30,8 @@ struct Source {
     files: Box<dyn Files>,
     /// Wires one by one, of a KBL file.
     wires: Option<Vec<kbl::WireRun>>,
+    /// Irregularities of a KBL file.
+    findings: Vec<kbl::Finding>,
     /// Whether the scenario names other files.
     names_others: bool,
 }
@@ -49,6 +47,10 @@ pub fn formboard(arguments: &FormboardArguments, out: &mut dyn Write) -> Result<
         NoFormboard::Board(error) => Failure::Input(format!("{}: {error}{}", file.display(), help(&error))),
         other @ NoFormboard::Memory { .. } => Failure::Input(format!("--memory: {other}")),
     })?;
+    too_large(made.board.size).map_err(|reason| {
+        let cure = "leave branches out, or give a smaller --board, on which they are bent";
+        Failure::Input(format!("{}: {reason}\n  help: {cure}", file.display()))
+    })?;
     let checked = check(&made, &source)?;
     drop(bar);
     let tables = tables(&source, &made)?;
@@ -59,7 +61,8 @@ pub fn formboard(arguments: &FormboardArguments, out: &mut dyn Write) -> Result<
         let what = "characters that the fonts of PDF do not have; board.pdf has ? in their place";
         notes.push(Note { what: what.to_owned(), items: unknown.into_iter().map(|c| format!("`{c}`")).collect() });
     }
-    let notes: String = notes.iter().map(|note| format!("found: {}\n", printable(&shortened(note)))).collect();
+    let of_file = source.findings.iter().map(|own| found(&own.what, &own.items, " at the end of board.toml"));
+    let notes: String = of_file.chain(notes.iter().map(|own| found(&own.what, &own.items, ""))).collect();
     // If standard error is closed, the work goes on.
     let _ = io::stderr().write_all(notes.as_bytes());
 
@@ -80,7 +83,7 @@ pub fn formboard(arguments: &FormboardArguments, out: &mut dyn Write) -> Result<
     Ok(Outcome::Done)
 }
 
-/// Reads a scenario, or a KBL file, whose irregularities are those that `import kbl` tells.
+/// Reads a scenario, or a KBL file.
 fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
     let FormboardArguments { file, variant, allowed, .. } = arguments;
     let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -96,7 +99,15 @@ fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
             let names_others = loaded.texts.len() > 1 || !loaded.hashed.is_empty() || !loaded.plugins.is_empty();
             let text = loaded.texts.into_iter().next().map(|(_, text)| text).unwrap_or_default();
             let (scenario, registry) = (loaded.scenario, loaded.registry);
-            Ok(Source { text, scenario, registry, files: Box::new(Beside::of(file)), wires: None, names_others })
+            Ok(Source {
+                text,
+                scenario,
+                registry,
+                files: Box::new(Beside::of(file)),
+                wires: None,
+                findings: Vec::new(),
+                names_others,
+            })
         }
         "kbl" | "xml" => {
             let text = load::text(file)?;
@@ -108,8 +119,8 @@ fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
             let loaded = wireloom::load(&imported.scenario, &registry);
             let (scenario, _) = loaded
                 .map_err(|faults| Failure::Refused(vec![load::refusal(file, imported.scenario.clone(), faults)]))?;
-            let (text, wires) = (imported.scenario, Some(imported.wires));
-            Ok(Source { text, scenario, registry, files: Box::new(NoFiles), wires, names_others: false })
+            let (text, wires, findings) = (imported.scenario, Some(imported.wires), imported.findings);
+            Ok(Source { text, scenario, registry, files: Box::new(NoFiles), wires, findings, names_others: false })
         }
         _ => Err(Failure::Input(format!(
             "{}: a formboard is made of a scenario (.toml) or a KBL file (.kbl, .xml), not of `.{extension}`",
@@ -198,12 +209,4 @@ fn print(
         )?;
     }
     Ok(())
-}
-
-fn shortened(note: &Note) -> String {
-    let more = note.items.len().saturating_sub(ITEMS);
-    if more == 0 {
-        return note.to_string();
-    }
-    format!("{} ({} of them): {}, and {more} more", note.what, note.items.len(), note.items[..ITEMS].join(", "))
 }

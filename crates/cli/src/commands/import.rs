@@ -8,13 +8,11 @@ use crate::failure::{Failure, Outcome};
 use crate::files::{folder, load};
 use crate::print::progress::Bar;
 use crate::print::table::Columns;
+use crate::print::text::found;
 use crate::size;
 use std::io::{self, Write};
 use std::path::Path;
-use wireloom::import::kbl::{Arrangement, Contents, Finding, Options, Order, Selection, Usage, contents, import};
-
-/// Places of a finding that are shown; the file has all of them.
-const ITEMS: usize = 6;
+use wireloom::import::kbl::{Arrangement, Contents, Options, Order, Selection, Usage, contents, import};
 
 /// The order of an assembly; nothing else has one.
 fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Failure> {
@@ -39,7 +37,7 @@ fn memory(arguments: &KblArguments, arrangement: Arrangement) -> Result<Option<f
 }
 
 /// Accuracy of a mesh whose user asks for none.
-const ACCURACY: f64 = 0.02;
+pub const ACCURACY: f64 = 0.02;
 
 /// Imports KBL to a scenario, which is then checked as by `wireloom check`.
 pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -74,7 +72,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
     drop(bar);
     let mut said: Vec<u8> = Vec::new();
     for finding in &imported.findings {
-        writeln!(said, "found: {}", shortened(finding)).map_err(Failure::standard_output)?;
+        said.extend(found(&finding.what, &finding.items, " at the end of the scenario").into_bytes());
     }
     uses(&imported.usage).print(&mut said).map_err(Failure::standard_output)?;
     // If standard error is closed, the import goes on.
@@ -134,13 +132,4 @@ fn list(contents: &Contents, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "the harness has no modules")?;
     }
     Ok(())
-}
-
-fn shortened(finding: &Finding) -> String {
-    let more = finding.items.len().saturating_sub(ITEMS);
-    if more == 0 {
-        return finding.to_string();
-    }
-    let (count, shown) = (finding.items.len(), finding.items[..ITEMS].join(", "));
-    format!("{} ({count} of them): {shown}, and {more} more at the end of the scenario", finding.what)
 }

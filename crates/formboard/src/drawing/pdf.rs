@@ -9,6 +9,9 @@ use super::{Drawing, Table};
 use crate::line::{Line, Point};
 use pdf_writer::types::LineCapStyle;
 use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, Str};
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Sizes of paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +59,7 @@ pub fn pdf(drawing: &Drawing<'_>, paper: Paper) -> Vec<u8> {
     let shapes = scene(drawing);
     let tiles = Tiles::of(drawing, paper, &shapes);
     let mut pages = vec![overview(drawing, &shapes, &tiles)];
-    pages.extend(tiles.used.iter().map(|&[column, row]| tile(drawing, &shapes, &tiles, column, row)));
+    pages.extend(tiles.used.iter().map(|own| tile(drawing, &shapes, &tiles, own)));
     pages.extend(drawing.tables.iter().flat_map(|table| table_pages(drawing.title, table)));
     assemble(&pages)
 }
@@ -106,34 +109,56 @@ struct Tiles {
     step: [f64; 2],
     columns: usize,
     rows: usize,
-    /// Column and row of those that have something, both from 0; row 0 is the lowest.
-    used: Vec<[usize; 2]>,
+    /// Those that have something of the harness, from the upper left.
+    used: Vec<Tile>,
+}
+
+/// A page of a board.
+struct Tile {
+    /// Both from 0; row 0 is the lowest.
+    column: usize,
+    row: usize,
+    /// What is on it of the harness, by index.
+    shapes: Vec<usize>,
 }
 
 impl Tiles {
     /// Upright or on its side, whichever takes fewer pages.
     fn of(drawing: &Drawing<'_>, paper: Paper, shapes: &[(Layer, Shape)]) -> Self {
         let [short, long] = paper.size();
-        let lying = |paper: [f64; 2]| {
-            let step = paper.map(|x| x - 2.0 * BORDER);
-            let count = |k: usize| ((drawing.board.size[k] * 1e3 / step[k]) - 1e-9).ceil().max(1.0) as usize;
-            Tiles { paper, step, columns: count(0), rows: count(1), used: Vec::new() }
-        };
-        let (side, upright) = (lying([long, short]), lying([short, long]));
-        let mut tiles = if side.columns * side.rows <= upright.columns * upright.rows { side } else { upright };
-        let boxes: Vec<[Point; 2]> = (shapes.iter())
-            .filter(|(layer, _)| !matches!(layer, Layer::Board | Layer::Sheets))
-            .map(|(_, shape)| extent(shape))
-            .collect();
-        for row in (0..tiles.rows).rev() {
-            for column in 0..tiles.columns {
-                let part = tiles.part(column, row);
-                if boxes.iter().any(|own| overlap(own, &part)) {
-                    tiles.used.push([column, row]);
+        let [side, upright] = [[long, short], [short, long]].map(|paper| Self::on(paper, drawing, shapes));
+        if side.used.len() <= upright.used.len() { side } else { upright }
+    }
+
+    /// On paper that lies so, mm.
+    fn on(paper: [f64; 2], drawing: &Drawing<'_>, shapes: &[(Layer, Shape)]) -> Self {
+        let step = paper.map(|x| x - 2.0 * BORDER);
+        let count = |k: usize| ((drawing.board.size[k] * 1e3 / step[k]) - 1e-9).ceil().max(1.0) as usize;
+        let mut tiles = Self { paper, step, columns: count(0), rows: count(1), used: Vec::new() };
+        let mut used: BTreeMap<(Reverse<usize>, usize), Vec<usize>> = BTreeMap::new();
+        for (k, (_, shape)) in shapes.iter().enumerate().filter(|(_, (layer, _))| !layer.is_background()) {
+            for own in boxes(shape, &step) {
+                let [columns, rows] = tiles.within(&own);
+                for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
+                    let on_page = used.entry((Reverse(row), column)).or_default();
+                    if on_page.last() != Some(&k) {
+                        on_page.push(k);
+                    }
                 }
             }
         }
+        tiles.used = used.into_iter().map(|((Reverse(row), column), shapes)| Tile { column, row, shapes }).collect();
         tiles
+    }
+
+    /// The columns and rows of the pages that a box is on.
+    fn within(&self, [low, high]: &[Point; 2]) -> [Range<usize>; 2] {
+        [0, 1].map(|k| {
+            let count = [self.columns, self.rows][k];
+            let page = |x: f64| (x / self.step[k]).floor();
+            // Conversions saturate: what lies left of the board ends before its first page.
+            page(low[k]).max(0.0) as usize..((page(high[k]) + 1.0) as usize).min(count)
+        })
     }
 
     /// The part of the board on a page, mm.
@@ -147,25 +172,29 @@ fn overlap(a: &[Point; 2], b: &[Point; 2]) -> bool {
     a[0].x <= b[1].x && b[0].x <= a[1].x && a[0].y <= b[1].y && b[0].y <= a[1].y
 }
 
-/// The box around a shape, mm.
-fn extent(shape: &Shape) -> [Point; 2] {
-    let around = |points: &[Point], more: f64| {
-        let more = Point::repeat(more);
-        let first = points.first().copied().unwrap_or_else(Point::zeros);
-        let fold = |[low, high]: [Point; 2], p: &Point| [low.inf(p), high.sup(p)];
-        let [low, high] = points.iter().fold([first, first], fold);
-        [low - more, high + more]
+/// Boxes around a shape, mm. A long line has several, each around a part that is no longer than a page.
+fn boxes(shape: &Shape, page: &[f64; 2]) -> Vec<[Point; 2]> {
+    let around = |[low, high]: [Point; 2], more: f64| [low - Point::repeat(more), high + Point::repeat(more)];
+    let along = |line: &Line, more: f64| {
+        let parts = (line.length / page[0].min(page[1])).ceil().max(1.0) as usize;
+        line.divided(parts).map(|part| around(part.extent(), more)).collect()
     };
     match shape {
-        Shape::Cable { line, width } => {
-            let [low, high] = line.extent();
-            around(&[low, high], 0.5 * width)
+        Shape::Cable { line, width } => along(line, 0.5 * width),
+        Shape::Segment(a, b) => {
+            let d = b - a;
+            along(&Line { start: *a, direction: d.y.atan2(d.x), curvature: 0.0, length: d.norm() }, 0.0)
         }
-        Shape::Segment(a, b) => around(&[*a, *b], 0.0),
-        Shape::Circle { centre, radius } => around(&[*centre], *radius),
-        Shape::Polygon(points) => around(points, 0.0),
-        Shape::Text { at, height, text, .. } => around(&[*at], width_of(text, *height).max(*height)),
-        Shape::Dimension { from, to, beside, height, .. } => around(&[*from, *to], beside.abs() + 2.0 * height),
+        Shape::Circle { centre, radius } => vec![around([*centre; 2], *radius)],
+        Shape::Polygon(points) => {
+            let first = points.first().copied().unwrap_or_default();
+            vec![points.iter().fold([first; 2], |[low, high], p| [low.inf(p), high.sup(p)])]
+        }
+        Shape::Text { at, height, turn, anchor, text } => {
+            let [left, right] = anchor.reach(width_of(text, *height)).map(|x| at + crate::line::unit(*turn) * x);
+            vec![around([left.inf(&right), left.sup(&right)], *height)]
+        }
+        Shape::Dimension { .. } => shape.dimension_parts().iter().flat_map(|part| boxes(part, page)).collect(),
     }
 }
 
@@ -199,7 +228,7 @@ fn overview(drawing: &Drawing<'_>, shapes: &[(Layer, Shape)], tiles: &Tiles) -> 
         }
     }
     content.set_stroke_rgb(0.8, 0.2, 0.2).set_fill_rgb(0.8, 0.2, 0.2).set_line_width((0.15 / scale) as f32);
-    for &[column, row] in &tiles.used {
+    for &Tile { column, row, .. } in &tiles.used {
         let [low, high] = tiles.part(column, row);
         content.rect(low.x as f32, low.y as f32, (high.x - low.x) as f32, (high.y - low.y) as f32).stroke();
         let at = low + Point::repeat(1.0 / scale);
@@ -239,7 +268,8 @@ fn bar(page: &mut Page, at: Point, scale: f64) {
 }
 
 /// A page of the board at 1:1.
-fn tile(drawing: &Drawing<'_>, shapes: &[(Layer, Shape)], tiles: &Tiles, column: usize, row: usize) -> Page {
+fn tile(drawing: &Drawing<'_>, shapes: &[(Layer, Shape)], tiles: &Tiles, tile: &Tile) -> Page {
+    let &Tile { column, row, .. } = tile;
     let mut page = Page::new(tiles.paper);
     let part = tiles.part(column, row);
     let [width, height] = tiles.step;
@@ -248,7 +278,9 @@ fn tile(drawing: &Drawing<'_>, shapes: &[(Layer, Shape)], tiles: &Tiles, column:
     let border = BORDER as f32;
     content.rect(border, border, width as f32, height as f32).clip_nonzero().end_path();
     content.transform([1.0, 0.0, 0.0, 1.0, (BORDER - part[0].x) as f32, (BORDER - part[0].y) as f32]);
-    for (layer, shape) in shapes.iter().filter(|(_, shape)| overlap(&extent(shape), &part)) {
+    let is_here = |shape: &Shape| boxes(shape, &tiles.step).iter().any(|own| overlap(own, &part));
+    let background = shapes.iter().filter(|(layer, shape)| layer.is_background() && is_here(shape));
+    for (layer, shape) in background.chain(tile.shapes.iter().map(|&k| &shapes[k])) {
         draw(content, *layer, shape, 0.25);
     }
     content.restore_state();
@@ -340,14 +372,9 @@ fn path(content: &mut Content, line: &Line) {
 
 /// `height`: that of capitals, 0.72 of the size of Helvetica.
 fn write_text(content: &mut Content, font: Name<'_>, at: Point, height: f64, turn: f64, anchor: Anchor, text: &str) {
-    let width = width_of(text, height);
-    let back = match anchor {
-        Anchor::Left => 0.0,
-        Anchor::Middle => 0.5 * width,
-        Anchor::Right => width,
-    };
+    let [left, _] = anchor.reach(width_of(text, height));
     let (sine, cosine) = turn.sin_cos();
-    let (x, y) = (at.x - back * cosine, at.y - back * sine);
+    let (x, y) = (at.x + left * cosine, at.y + left * sine);
     content.begin_text().set_font(font, (height / 0.72) as f32);
     content.set_text_matrix([cosine as f32, sine as f32, -sine as f32, cosine as f32, x as f32, y as f32]);
     content.show(Str(&encoded(text))).end_text();

@@ -47,6 +47,11 @@ impl Layer {
         }
     }
 
+    /// Whether it shows the board alone, and nothing of the harness.
+    pub fn is_background(self) -> bool {
+        matches!(self, Layer::Board | Layer::Sheets)
+    }
+
     /// Red, green, blue.
     pub fn colour(self) -> [u8; 3] {
         match self {
@@ -69,6 +74,17 @@ pub(crate) enum Anchor {
     Left,
     Middle,
     Right,
+}
+
+impl Anchor {
+    /// Where a text of this width begins and ends along its line, from its point.
+    pub fn reach(self, width: f64) -> [f64; 2] {
+        match self {
+            Anchor::Left => [0.0, width],
+            Anchor::Middle => [-0.5 * width, 0.5 * width],
+            Anchor::Right => [-width, 0.0],
+        }
+    }
 }
 
 /// A part of the drawing.
@@ -209,7 +225,7 @@ pub(crate) fn scene(drawing: &Drawing<'_>) -> Vec<(Layer, Shape)> {
         harness.branches.iter().map(|branch| branch.length).sum::<f64>()
     );
     let at = end + Point::new(5.0, 5.0);
-    all.push((Layer::Labels, Shape::Text { at, height: 8.0, turn: 0.0, anchor: Anchor::Left, text: size }));
+    all.push((Layer::Board, Shape::Text { at, height: 8.0, turn: 0.0, anchor: Anchor::Left, text: size }));
     all.sort_by_key(|(layer, _)| Layer::ALL.iter().position(|other| other == layer));
     all
 }

@@ -135,20 +135,18 @@ proptest! {
 
     #[test]
     fn trees_are_laid_with_true_lengths_and_without_overlaps(graph in trees()) {
-        let room = Room { gap: GAP, board: None };
-        let layout = lay_out(&graph, &room).expect("without a limit everything fits");
+        let layout = lay_out(&graph, GAP);
         prop_assert!(layout.cut.is_empty());
         prop_assert!(layout.lines.iter().all(|line| line.curvature == 0.0));
         holds(&graph, &layout, GAP);
-        let again = lay_out(&graph, &room).expect("as before");
-        prop_assert_eq!(layout.lines, again.lines);
+        prop_assert_eq!(layout.lines, lay_out(&graph, GAP).lines);
     }
 }
 
 #[test]
 fn the_trunk_is_straight_and_arms_stand_as_drawn_where_there_is_room() {
     let graph = comb(6);
-    let layout = lay_out(&graph, &Room { gap: GAP, board: None }).expect("it fits");
+    let layout = lay_out(&graph, GAP);
     holds(&graph, &layout, GAP);
     assert!(layout.straight && layout.zone == 8.0);
     // From the first arm to the end of the trunk: 6 pieces and the longest start.
@@ -159,12 +157,11 @@ fn the_trunk_is_straight_and_arms_stand_as_drawn_where_there_is_room() {
 #[test]
 fn a_short_board_bends_the_trunk_within_the_limits_and_a_tiny_one_is_refused() {
     let graph = comb(8);
-    let board = Some([2.6, 1.6]);
-    let layout = lay_out(&graph, &Room { gap: GAP, board }).expect("it fits when it is folded");
+    let layout = lay_out_within(&graph, GAP, [2.6, 1.6]).expect("it fits when it is folded");
     holds(&graph, &layout, GAP);
     assert!(!layout.straight && layout.size[0] <= 2.6 && layout.size[1] <= 1.6, "{:?}", layout.size);
-    let needed = lay_out(&graph, &Room { gap: GAP, board: Some([0.3, 0.2]) }).expect_err("too small");
-    assert!(needed[0] > 3.9, "{needed:?}");
+    assert!(lay_out_within(&graph, GAP, [0.3, 0.2]).is_none());
+    assert!(lay_out(&graph, GAP).size[0] > 3.9);
 }
 
 #[test]
@@ -172,7 +169,7 @@ fn loops_are_cut_at_their_longest_branch_and_pieces_lie_apart() {
     let strand = |a: usize, b: usize, length: f64| Strand { ends: [a, b], length, radius: 0.004, bend: 0.03 };
     let strands = vec![strand(0, 1, 0.5), strand(1, 2, 0.5), strand(2, 0, 0.7), strand(3, 4, 0.4)];
     let graph = Graph { vertices: 5, leaves_at: vec![[0.0, 1.0]; 4], strands };
-    let layout = lay_out(&graph, &Room { gap: GAP, board: None }).expect("it fits");
+    let layout = lay_out(&graph, GAP);
     assert_eq!(layout.cut, [2]);
     holds(&graph, &layout, GAP);
 }
@@ -183,7 +180,7 @@ fn a_star_of_very_many_arms_keeps_its_rules_with_a_zone_that_is_told() {
     let strands = (0..arms).map(|k| Strand { ends: [0, k + 1], length: 1.0, radius: 0.002, bend: 0.02 }).collect();
     let leaves_at = (0..arms).map(|k| [TAU * k as f64 / arms as f64, 0.0]).collect();
     let graph = Graph { vertices: arms + 1, strands, leaves_at };
-    let layout = lay_out(&graph, &Room { gap: GAP, board: None }).expect("it fits");
+    let layout = lay_out(&graph, GAP);
     holds(&graph, &layout, GAP);
     // 7.5° between arms: distance D at D/(2 sin 3.75°) from the fork, which is a way of 15.3 D from arm to arm.
     assert!(layout.zone > 15.2 && layout.zone < 15.4, "{}", layout.zone);

@@ -3,22 +3,26 @@
 use super::curve::{Polygon, Vector};
 use super::error::ImportError;
 use super::findings::Findings;
-use super::options::Selection;
+use super::options::{Contents, Selection};
 use super::unit::{Quantity, Unit};
 use super::usage::Element;
+use roxmltree::NodeId;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use wireloom_scenario::Places;
 
 mod identities;
-pub(super) mod modules;
+mod modules;
 mod parts;
 mod tolerances;
+mod usage;
 mod wires;
+mod xml;
 
 pub(super) use identities::{End, Listed, ListedPlace, Wiring};
 
-type Xml<'a, 'i> = roxmltree::Node<'a, 'i>;
+use wires::Route;
+use xml::{Read, Xml, child, child_text, children, place, position, text, title, words, xml};
 
 /// Largest valid coordinate, m: control points of good curves reach some 10³ m.
 const LARGEST: f64 = 1e5;
@@ -26,9 +30,6 @@ const LARGEST: f64 = 1e5;
 /// Valid outer diameters and bend radii of wires, m.
 const DIAMETERS: [f64; 2] = [1e-6, 1.0];
 const BEND_RADII: [f64; 2] = [1e-6, 1e3];
-
-/// Largest number of namespaces: good files have one or two, and each makes all elements within it slower to read.
-const NAMESPACES: usize = 100;
 
 /// The harness in the file.
 pub(super) struct Document {
@@ -157,84 +158,41 @@ pub(super) struct Wire {
 
 /// Reads a KBL text. Faults of the topology and unreadable numbers are errors, everything else a finding.
 pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -> Result<Document, ImportError> {
-    let xml = xml(text)?;
-    let root = xml.root_element();
-    let at = xml.text_pos_at(root.range().start);
+    let file = xml(text)?;
+    let read = Read::nothing_of(&file);
+    let root = Xml::root(&file, &read);
     let mut reader = Reader {
         ids: ids(root)?,
+        occurrences: identities::occurrences(root),
         units: HashMap::new(),
         per_copper: HashMap::new(),
         places: Places::of(text),
         chosen: Chosen::default(),
         used: RefCell::default(),
         kept: HashSet::new(),
+        left_out: HashSet::new(),
         findings,
     };
     reader.choose(root, selection)?;
     reader.read_units(root);
-    let (nodes, index) = reader.read_nodes(root)?;
-    let (mut segments, segment_index) = reader.read_segments(root, &index)?;
-    if segments.is_empty() {
-        return Err(ImportError::NoSegments { line: at.row, column: at.col });
-    }
-    let wires = reader.read_routings(root, &mut segments, &segment_index)?;
+    let routes = reader.read_routes(root);
+    let of_harness = reader.segments_of_harness(root, selection, &routes)?;
+    let (nodes, index) = reader.read_nodes(root, &of_harness)?;
+    let (mut segments, segment_index) = reader.read_segments(&of_harness, &index)?;
+    let wires = reader.read_wires(routes, &mut segments, &segment_index)?;
     reader.read_tolerances(root, &mut segments, &segment_index)?;
-    reader.note_unused(root, &nodes);
+    reader.note_unused(root);
     reader.note_protection_lengths(root, &segments)?;
     let (listed, wiring) = (reader.read_listed(root), reader.read_wiring(root));
     let elements = reader.elements(root);
-    let document = Document { name: reader.name(root), nodes, segments, wires, listed, wiring, elements };
-    if *selection == Selection::All { Ok(document) } else { document.with_wires_only(findings) }
+    Ok(Document { name: reader.name(root), nodes, segments, wires, listed, wiring, elements })
 }
 
-impl Document {
-    /// The part of the harness that has wires.
-    fn with_wires_only(mut self, findings: &mut Findings) -> Result<Self, ImportError> {
-        let empty = self.segments.extract_if(.., |segment| segment.wires.is_empty());
-        empty.for_each(|segment| findings.add_to("segments have no wires of the chosen modules; left out", segment.id));
-        if self.segments.is_empty() {
-            return Err(ImportError::NoWires);
-        }
-        let mut number = vec![None; self.nodes.len()];
-        let mut nodes: Vec<Option<Node>> = self.nodes.into_iter().map(Some).collect();
-        let mut kept = Vec::new();
-        for end in self.segments.iter_mut().flat_map(|segment| &mut segment.ends) {
-            *end = *number[*end].get_or_insert_with(|| {
-                kept.extend(nodes[*end].take());
-                kept.len() - 1
-            });
-        }
-        Ok(Self { nodes: kept, ..self })
-    }
-}
-
-/// The XML of a KBL file.
-pub(super) fn xml(text: &str) -> Result<roxmltree::Document<'_>, ImportError> {
-    if let Some((at, _)) = text.match_indices("xmlns").nth(NAMESPACES) {
-        let (line, column) = place(&Places::of(text), at);
-        return Err(ImportError::Xml { line, column, fault: format!("it declares more than {NAMESPACES} namespaces") });
-    }
-    let xml = roxmltree::Document::parse(text).map_err(|fault| {
-        let at = fault.pos();
-        ImportError::Xml { line: at.row, column: at.col, fault: fault.to_string() }
-    })?;
-    let root = xml.root_element();
-    if root.tag_name().name() != "KBL_container" {
-        let (line, column) = position(root);
-        return Err(ImportError::NotKbl { line, column, found: root.tag_name().name().to_owned() });
-    }
-    Ok(xml)
-}
-
-fn position(node: Xml) -> (u32, u32) {
-    let at = node.document().text_pos_at(node.range().start);
-    (at.row, at.col)
-}
-
-/// Line and column of a byte, for errors.
-fn place(places: &Places<'_>, at: usize) -> (u32, u32) {
-    let (line, column) = places.position(at);
-    (line as u32, column as u32)
+/// The modules and variants of a KBL text.
+pub(super) fn contents(text: &str) -> Result<Contents, ImportError> {
+    let file = xml(text)?;
+    let read = Read::nothing_of(&file);
+    Ok(modules::contents(Xml::root(&file, &read)))
 }
 
 fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, ImportError> {
@@ -248,31 +206,6 @@ fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, Impor
         }
     }
     Ok(ids)
-}
-
-fn children<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> impl Iterator<Item = Xml<'a, 'i>> + use<'a, 'i> {
-    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
-}
-
-fn child<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> Option<Xml<'a, 'i>> {
-    children(node, name).next()
-}
-
-/// Trimmed text of an element; `None` if it is empty or `/NULL`, as some exporters write.
-fn text<'a>(node: Xml<'a, '_>) -> Option<&'a str> {
-    node.text().map(str::trim).filter(|text| !text.is_empty() && *text != "/NULL")
-}
-
-fn child_text<'a>(node: Xml<'a, '_>, name: &'static str) -> Option<&'a str> {
-    child(node, name).and_then(text)
-}
-
-/// Element name and id, for findings and errors.
-fn title(node: Xml) -> String {
-    match node.attribute("id") {
-        Some(id) => format!("{} `{id}`", node.tag_name().name()),
-        None => format!("{} (without id)", node.tag_name().name()),
-    }
 }
 
 fn id(node: Xml) -> Result<String, ImportError> {
@@ -294,7 +227,7 @@ fn number(node: Xml, largest: f64) -> Result<f64, ImportError> {
         Ok(value) if value.is_finite() && value.abs() <= largest => Ok(value),
         _ => {
             let (line, column) = position(node);
-            let element = node.tag_name().name().to_owned();
+            let element = node.name().to_owned();
             let expected = format!("a finite decimal number of size {largest:e} or less");
             Err(ImportError::Number { line, column, element, found: found.to_owned(), expected })
         }
@@ -333,17 +266,21 @@ impl<'a> Chosen<'a> {
 
 struct Reader<'a, 'i, 'f> {
     ids: HashMap<&'a str, Xml<'a, 'i>>,
+    /// Occurrences of parts, by the ids of these.
+    occurrences: HashMap<&'a str, Vec<Xml<'a, 'i>>>,
     units: HashMap<&'a str, Unit>,
     /// Known masses of cables with several cores, by area of copper.
-    per_copper: HashMap<roxmltree::NodeId, Option<f64>>,
+    per_copper: HashMap<NodeId, Option<f64>>,
     /// Broken references are findings, of which there may be very many.
     places: Places<'a>,
     /// The parts of the modules that are imported.
     chosen: Chosen<'a>,
     /// Elements on which the computation depends: those that a reference has led to.
-    used: RefCell<HashSet<roxmltree::NodeId>>,
+    used: RefCell<HashSet<NodeId>>,
     /// Elements that are kept, though they do not act.
-    kept: HashSet<roxmltree::NodeId>,
+    kept: HashSet<NodeId>,
+    /// Elements of other modules than the chosen ones, beside those that modules name.
+    left_out: HashSet<NodeId>,
     findings: &'f mut Findings,
 }
 
@@ -351,6 +288,16 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     fn name(&self, root: Xml) -> Option<String> {
         let harness = child(root, "Harness")?;
         child_text(harness, "Description").or_else(|| child_text(harness, "Part_number")).map(str::to_owned)
+    }
+
+    /// Notes that the computation depends on an element.
+    fn mark(&self, node: Xml<'a, 'i>) {
+        self.used.borrow_mut().insert(node.id());
+    }
+
+    /// The element that a child refers to, whatever it is.
+    fn target(&self, node: Xml<'a, 'i>, name: &'static str) -> Option<Xml<'a, 'i>> {
+        child_text(node, name).and_then(|reference| self.ids.get(reference).copied())
     }
 
     /// Unknown units are reported with the values that use them.
@@ -364,18 +311,26 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         }
     }
 
+    /// The unit in a child.
+    fn unit(&self, node: Xml<'a, 'i>) -> Option<Unit> {
+        let id = child_text(node, "Unit_component")?;
+        let unit = self.units.get(id).copied()?;
+        self.ids.get(id).into_iter().for_each(|unit| self.mark(*unit));
+        Some(unit)
+    }
+
     /// The element that `holder` refers to; a fault of the reference is an error for the caller to return or report.
     fn follow(&self, holder: Xml<'a, 'i>, found: &str, expected: &[&str]) -> Result<Xml<'a, 'i>, ImportError> {
         let target = self.ids.get(found).copied();
         match target {
-            Some(target) if expected.contains(&target.tag_name().name()) => {
-                self.used.borrow_mut().insert(target.id());
+            Some(target) if expected.contains(&target.name()) => {
+                self.mark(target);
                 Ok(target)
             }
             _ => {
                 let (line, column) = place(&self.places, holder.range().start);
                 let actual = match target {
-                    Some(target) => format!("it is that of a `{}`", target.tag_name().name()),
+                    Some(target) => format!("it is that of a `{}`", target.name()),
                     None => "nothing has it".to_owned(),
                 };
                 Err(ImportError::Reference {
@@ -440,7 +395,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         };
         let amount = number(amount, f64::MAX)?;
         let unit_id = child_text(holder, "Unit_component").unwrap_or_default();
-        let fault = match self.units.get(unit_id) {
+        let fault = match self.unit(holder) {
             Some(unit) if unit.quantity == quantity => {
                 let value = amount * unit.size;
                 if (least..=greatest).contains(&value) {
@@ -470,9 +425,41 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         if count == 3 { Ok(x) } else { Err(missing(point, "Coordinates", "a point has three of them")) }
     }
 
-    fn read_nodes(&mut self, root: Xml<'a, 'i>) -> Result<(Vec<Node>, HashMap<&'a str, usize>), ImportError> {
+    /// The segments of the harness: all of them, or those with wires of the chosen modules.
+    fn segments_of_harness(
+        &mut self,
+        root: Xml<'a, 'i>,
+        selection: &Selection,
+        routes: &[Route<'a, 'i>],
+    ) -> Result<Vec<Xml<'a, 'i>>, ImportError> {
+        let mut segments: Vec<Xml> = children(root, "Segment").collect();
+        if segments.is_empty() {
+            let (line, column) = position(root);
+            return Err(ImportError::NoSegments { line, column });
+        }
+        if *selection == Selection::All {
+            return Ok(segments);
+        }
+        let with_wires: HashSet<&str> = routes.iter().flat_map(|route| &route.segments).copied().collect();
+        for empty in segments.extract_if(.., |own| own.attribute("id").is_some_and(|id| !with_wires.contains(id))) {
+            self.left_out.insert(empty.id());
+            let id = empty.attribute("id").unwrap_or_default();
+            self.findings.add_to("segments have no wires of the chosen modules; left out", id);
+        }
+        if segments.is_empty() { Err(ImportError::NoWires) } else { Ok(segments) }
+    }
+
+    /// The nodes at which segments end.
+    fn read_nodes(
+        &mut self,
+        root: Xml<'a, 'i>,
+        segments: &[Xml<'a, 'i>],
+    ) -> Result<(Vec<Node>, HashMap<&'a str, usize>), ImportError> {
+        let ends = segments.iter().flat_map(|own| ["Start_node", "End_node"].map(|name| child_text(*own, name)));
+        let ends: HashSet<&str> = ends.flatten().collect();
+        let is_end = |node: &Xml| node.attribute("id").is_none_or(|id| ends.contains(id));
         let (mut nodes, mut index) = (Vec::new(), HashMap::new());
-        for node in children(root, "Node") {
+        for node in children(root, "Node").filter(is_end) {
             let id = id(node)?;
             let point = self.required(
                 node,
@@ -481,18 +468,13 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 "a node refers to the point where it lies",
             )?;
             let mut components = Vec::new();
-            for holder in children(node, "Referenced_components") {
-                for reference in text(holder).unwrap_or_default().split_whitespace() {
-                    match self.ids.get(reference) {
-                        Some(&component) if self.chosen.leaves_out(component, None) => {}
-                        Some(&component) => {
-                            let component = self.component(component, reference)?;
-                            components.push(component);
-                        }
-                        None => self.findings.add(format!(
-                            "Node `{id}` refers to component `{reference}`, which is not in the file; left out"
-                        )),
-                    }
+            for reference in words(node, "Referenced_components") {
+                match self.ids.get(reference) {
+                    Some(&component) if self.chosen.leaves_out(component, None) => {}
+                    Some(&component) => components.push(self.component(component, reference)?),
+                    None => self.findings.add(format!(
+                        "Node `{id}` refers to component `{reference}`, which is not in the file; left out"
+                    )),
                 }
             }
             index.insert(node.attribute("id").unwrap_or_default(), nodes.len());
@@ -504,12 +486,13 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     fn read_segments(
         &mut self,
-        root: Xml<'a, 'i>,
+        of_harness: &[Xml<'a, 'i>],
         nodes: &HashMap<&'a str, usize>,
     ) -> Result<(Vec<Segment>, HashMap<&'a str, usize>), ImportError> {
         let (mut segments, mut index) = (Vec::new(), HashMap::new());
-        for segment in children(root, "Segment") {
+        for &segment in of_harness {
             let id = id(segment)?;
+            self.mark(segment);
             let mut ends = [0; 2];
             for (end, name) in ends.iter_mut().zip(["Start_node", "End_node"]) {
                 let node = self.required(segment, name, &["Node"], "a segment runs from one node to another")?;
@@ -611,13 +594,13 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let to = self.location(area, "End_location", "Absolute_end_location")?;
             let (Some(from), Some(to)) = (from, to) else { continue };
             let then = "its covering is not counted";
+            if self.target(area, "Associated_protection").is_some_and(|own| self.chosen.leaves_out(own, None)) {
+                continue;
+            }
             let Some(occurrence) = self.optional(area, "Associated_protection", &["Wire_protection_occurrence"], then)
             else {
                 continue;
             };
-            if self.chosen.leaves_out(occurrence, None) {
-                continue;
-            }
             let Some(part) = self.optional(occurrence, "Part", &["Wire_protection"], then) else { continue };
             let description = child_text(part, "Description").unwrap_or_default();
             let kind = child_text(part, "Protection_type").unwrap_or_default();
@@ -664,7 +647,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         self.units.get(unit).map(|unit| unit.quantity)
     }
 
-    /// Reports coverings whose length is not that of the places that they cover.
+    /// Reports coverings whose length is not that of the places that they cover, where the harness has all of these.
     fn note_protection_lengths(&mut self, root: Xml<'a, 'i>, segments: &[Segment]) -> Result<(), ImportError> {
         let mut covered: BTreeMap<&str, f64> = BTreeMap::new();
         for segment in segments {
@@ -674,9 +657,17 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 *covered.entry(&covering.id).or_default() += span.abs() * length;
             }
         }
+        let without = children(root, "Segment").filter(|segment| self.left_out.contains(&segment.id()));
+        let elsewhere: HashSet<&str> = without
+            .flat_map(|segment| children(segment, "Protection_area"))
+            .filter_map(|area| child_text(area, "Associated_protection"))
+            .collect();
         for harness in children(root, "Harness") {
             for occurrence in children(harness, "Wire_protection_occurrence") {
                 let id = occurrence.attribute("id").unwrap_or_default();
+                if elsewhere.contains(id) || self.chosen.leaves_out(occurrence, None) {
+                    continue;
+                }
                 let stated = self.value(occurrence, "Protection_length", Quantity::Length)?;
                 match (covered.get(id), stated) {
                     (None, _) => self.findings.add_to("coverings cover no segment; not counted", id),

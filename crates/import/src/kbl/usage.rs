@@ -9,7 +9,7 @@ pub(super) enum Use {
     Used,
     /// The scenario names it; the computation does not depend on it.
     Kept,
-    /// It belongs to other modules than the chosen ones.
+    /// It belongs to other modules than the chosen ones, or to what only these need.
     LeftOut,
     /// It is not read.
     NotRead,
@@ -35,7 +35,7 @@ pub struct Usage {
     pub used: usize,
     /// The scenario names them; the computation does not depend on them.
     pub kept: usize,
-    /// They belong to other modules than the chosen ones.
+    /// They belong to other modules than the chosen ones, or to what only these need.
     pub left_out: usize,
     /// They are not read.
     pub not_read: usize,

@@ -15,8 +15,8 @@ pub struct Flat {
     pub branches: Vec<FlatBranch>,
     /// The joints; others are left out.
     pub joints: Vec<FlatJoint>,
-    /// Loads that stay, by name, with their forces, N.
-    pub loads: Vec<(String, [f64; 3])>,
+    /// The loads; others are left out.
+    pub loads: Vec<FlatLoad>,
     /// What holds the harness.
     pub held: Vec<Held>,
     /// Whether markers stay.
@@ -45,6 +45,17 @@ pub struct FlatJoint {
     pub arms: Vec<(String, [f64; 4])>,
 }
 
+/// A load on the board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlatLoad {
+    /// Its name.
+    pub name: String,
+    /// Where it acts, if not where it did.
+    pub at: Option<Attachment>,
+    /// Its force, N, or along a span its force per length, N/m.
+    pub force: [f64; 3],
+}
+
 /// A support.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Held {
@@ -70,7 +81,7 @@ pub enum Hold {
 }
 
 /// Keys of the scenario that describe the harness itself, and how it is computed. The others belong to its
-/// surroundings, its installation, or studies of them.
+/// surroundings, its installation, or studies of them; so do the drawn lines of branches.
 const KEPT: [&str; 15] = [
     "schema",
     "name",
@@ -103,6 +114,7 @@ pub fn on_board(text: &str, flat: &Flat) -> Result<(String, Vec<String>), Fault>
     root["gravity"] = Item::Value(list(&flat.gravity));
     each(root, "branches", |entry, name| {
         let Some(own) = flat.branches.iter().find(|own| own.name == name) else { return true };
+        entry.remove("drawn");
         entry.insert("to", toml_edit::value(own.to.as_str()));
         entry.insert("path", Item::Value(Value::Array(own.path.iter().map(|p| list(p)).collect())));
         if own.curvature == [0.0; 3] {
@@ -128,11 +140,14 @@ pub fn on_board(text: &str, flat: &Flat) -> Result<(String, Vec<String>), Fault>
         true
     });
     each(root, "loads", |entry, name| {
-        let force = flat.loads.iter().find(|(own, _)| own == name).map(|(_, force)| force);
-        if let Some(force) = force {
-            entry.insert("force", Item::Value(list(force)));
+        let Some(own) = flat.loads.iter().find(|own| own.name == name) else { return false };
+        let key = if entry.contains_key("span") { "force_per_length" } else { "force" };
+        entry.insert(key, Item::Value(list(&own.force)));
+        if let Some(at) = &own.at {
+            entry.remove("at");
+            entry.insert("at", Item::Value(Value::InlineTable(place_of(at))));
         }
-        force.is_some()
+        true
     });
     let mut constraints = ArrayOfTables::new();
     flat.held.iter().for_each(|held| constraints.push(support(held)));
@@ -212,7 +227,8 @@ fn support(held: &Held) -> Table {
 mod tests {
     use super::*;
 
-    const TEXT: &str = "# A comment.\nschema = 1\nbranches = [{ name = \"a\", from = \"A\", to = \"J\", length = 1 }]\n\
+    const TEXT: &str = "# A comment.\nschema = 1\nbranches = [{ name = \"a\", from = \"A\", to = \"J\", length = 1, \
+                        drawn = [[0, 0, 0], [1, 0, 0]] }]\n\
                         joints = [{ name = \"J\", arms = [], wires = [{ between = [\"a\", \"b\"], share = 1 }] }]\n\
                         [[constraints]]\nname = \"c\"\n[[steps]]\nname = \"s\"\n[[loads]]\nname = \"l\"\n";
 
@@ -242,6 +258,8 @@ mod tests {
         assert_eq!(table["constraints"].as_array().map(Vec::len), Some(1));
         assert_eq!(table["constraints"][0]["stiffness"].as_integer(), Some(2000));
         assert_eq!(table["branches"][0]["curvature"][1].as_float(), Some(0.5));
+        // Drawn lines are those of the vehicle.
+        assert!(table["branches"][0].get("drawn").is_none(), "{text}");
         assert_eq!(table["joints"][0]["arms"][0]["branch"].as_str(), Some("a"));
         // An arm that is no more shares no wires, and the load is not among those that stay.
         assert!(table["joints"][0].get("wires").is_none() && !table.contains_key("loads"), "{text}");

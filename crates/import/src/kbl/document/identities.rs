@@ -1,8 +1,6 @@
 //! Part numbers and the like, components, and wires with their signals and cavities: what does not act is kept.
 
-use super::{Location, Reader, Xml, child, child_text, children, text};
-use crate::kbl::usage::{Element, Use};
-use roxmltree::NodeId;
+use super::{Location, Reader, Xml, child, child_text, children, words};
 use std::collections::{HashMap, HashSet};
 use wireloom_core::identity::Identity;
 
@@ -56,107 +54,9 @@ const NOTHING: [&str; 3] = ["-", "NotDefined", "/OVMM"];
 /// Wires and cores of cables.
 const WIRES: [&str; 4] = ["General_wire_occurrence", "Wire_occurrence", "Special_wire_occurrence", "Core_occurrence"];
 
-/// Elements below those that the table of contents counts, and which the importer reads. Others are reported.
-const READ_WITHIN: [&str; 94] = [
-    "Absolute_end_location",
-    "Absolute_location",
-    "Absolute_start_location",
-    "Abbreviation",
-    "Area",
-    "Associated_parts",
-    "Associated_plug",
-    "Associated_protection",
-    "Car_classification_level_3",
-    "Car_classification_level_4",
-    "Cartesian_point",
-    "Cavities",
-    "Cavity_number",
-    "Center_curve",
-    "Colour_type",
-    "Colour_value",
-    "Company_name",
-    "Component_box_connectors",
-    "Connection",
-    "Contact_point",
-    "Contact_points",
-    "Contacted_cavity",
-    "Control_points",
-    "Controlled_components",
-    "Coordinates",
-    "Core",
-    "Core_colour",
-    "Core_occurrence",
-    "Cover_colour",
-    "Cross_section_area",
-    "Cross_section_area_information",
-    "Degree",
-    "Description",
-    "Dimension_value_range",
-    "End_location",
-    "End_node",
-    "End_vector",
-    "Extremities",
-    "Fixing",
-    "Fixing_assignment",
-    "Fixing_occurrence",
-    "Fixing_type",
-    "Housing_colour",
-    "Id",
-    "Integrated_slots",
-    "Location",
-    "Logistic_control_information",
-    "Lower_limit",
-    "Mass_information",
-    "Maximum",
-    "Minimum",
-    "Module_configuration",
-    "Modules",
-    "Mounting",
-    "Number_of_cavities",
-    "Outside_diameter",
-    "Part",
-    "Part_number",
-    "Physical_length",
-    "Placement",
-    "Position_on_wire",
-    "Protection_area",
-    "Protection_length",
-    "Protection_type",
-    "Referenced_components",
-    "Routed_wire",
-    "Segments",
-    "Si_dimension",
-    "Si_prefix",
-    "Si_unit_name",
-    "Signal_name",
-    "Slots",
-    "Special_wire_id",
-    "Start_location",
-    "Start_node",
-    "Start_vector",
-    "Tolerance_indication",
-    "Tolerance_type",
-    "U",
-    "Unit_component",
-    "Unit_name",
-    "Upper_limit",
-    "Usage",
-    "V",
-    "Value_component",
-    "Version",
-    "Virtual_length",
-    "Wire",
-    "Wire_number",
-    "Wire_type",
-    "Bend_radius",
-    "Cable_designator",
-    "Colour",
-    "Plating_material",
-];
-
 impl<'a, 'i> Reader<'a, 'i, '_> {
     /// Notes that an element is kept, though it does not act.
-    fn keep(&mut self, node: Xml<'a, 'i>) {
+    pub(super) fn keep(&mut self, node: Xml<'a, 'i>) {
         self.kept.insert(node.id());
     }
 
@@ -164,7 +64,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     pub(super) fn identity(&mut self, part: Xml<'a, 'i>) -> Identity {
         self.keep(part);
         // A core of a cable has the part number of the cable.
-        let cable = part.parent().filter(|parent| parent.tag_name().name() == "General_wire");
+        let cable = part.parent().filter(|parent| parent.name() == "General_wire");
         cable.into_iter().for_each(|cable| self.keep(cable));
         let of = |name| {
             let own = child_text(part, name).or_else(|| cable.and_then(|cable| child_text(cable, name)));
@@ -180,10 +80,11 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Identity of the part of an occurrence, or of the occurrence that it is a part of.
     pub(super) fn identity_of(&mut self, occurrence: Xml<'a, 'i>) -> Identity {
-        let within = occurrence.ancestors().take_while(|node| node.tag_name().name() != "Harness");
+        let within = occurrence.ancestors().take_while(|node| node.name() != "Harness");
         for node in within.collect::<Vec<_>>() {
-            let part = child_text(node, "Part").and_then(|reference| self.ids.get(reference).copied());
-            let Some(part) = part.filter(|part| child(*part, "Part_number").is_some()) else { continue };
+            let Some(part) = self.target(node, "Part").filter(|part| child(*part, "Part_number").is_some()) else {
+                continue;
+            };
             return self.identity(part);
         }
         Identity::default()
@@ -192,23 +93,19 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// All occurrences of parts but wires, wherever they stand in the file.
     pub(super) fn read_listed(&mut self, root: Xml<'a, 'i>) -> Vec<Listed> {
         let places = places(root);
-        let is_occurrence = |node: &Xml| {
-            let name = node.tag_name().name();
-            node.is_element() && name.ends_with("_occurrence") && !WIRES.contains(&name)
-        };
         let mut listed = Vec::new();
-        for node in root.descendants().filter(is_occurrence) {
-            if self.chosen.leaves_out(node, None) {
+        for node in root.descendants().filter(|node| is_occurrence(node) && !WIRES.contains(&node.name())) {
+            if self.leaves_out(node) {
                 continue;
             }
             self.keep(node);
             let ids: Vec<String> =
                 node.descendants().filter_map(|node| node.attribute("id")).map(str::to_owned).collect();
             let Some(id) = node.attribute("id").map(str::to_owned) else { continue };
-            let kind = node.tag_name().name().trim_end_matches("_occurrence").replace('_', " ").to_lowercase();
+            let kind = node.name().trim_end_matches("_occurrence").replace('_', " ").to_lowercase();
             let mut own: Vec<ListedPlace> =
                 ids.iter().flat_map(|id| places.get(id.as_str()).into_iter().flatten()).map(Place::listed).collect();
-            own.extend(self.within_another(node));
+            own.extend(within_another(node, self.holders(node)));
             let label = child_text(node, "Id").unwrap_or(&id).to_owned();
             let mut identity = self.identity_of(node);
             if identity.description.is_none() {
@@ -219,40 +116,33 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         listed
     }
 
-    /// The other occurrence that one belongs to: the terminal of a ring terminal's housing, or the part that it stands
-    /// in.
-    fn within_another(&self, node: Xml<'a, 'i>) -> Option<ListedPlace> {
-        let component = if child_text(node, "Usage") == Some("ring terminal") {
-            let contact = children(node, "Contact_points").next()?;
-            child_text(contact, "Associated_parts")?.split_whitespace().next()?.to_owned()
-        } else {
-            let parent = node.parent().filter(|parent| parent.tag_name().name() != "Harness")?;
-            // Fixings of an assembly stand in its part: they are at each occurrence of it.
-            let of = parent.attribute("id")?;
-            let holder = parent.ancestors().last()?;
-            let is_of = |other: &Xml| {
-                other.tag_name().name().ends_with("_occurrence") && child_text(*other, "Part") == Some(of)
-            };
-            let occurrence = holder.descendants().find(is_of)?;
-            occurrence.attribute("id")?.to_owned()
-        };
-        Some(ListedPlace::In { component, cavity: None })
+    /// Whether an occurrence is left out, or all occurrences of the part that it stands in.
+    pub(super) fn leaves_out(&self, node: Xml<'a, 'i>) -> bool {
+        let holders = self.holders(node);
+        let all = !holders.is_empty() && holders.iter().all(|own| self.chosen.leaves_out(*own, None));
+        all || self.chosen.leaves_out(node, None)
+    }
+
+    /// Occurrences of the part that a node stands in. What stands in an assembly is at each occurrence of it.
+    fn holders(&self, node: Xml<'a, 'i>) -> &[Xml<'a, 'i>] {
+        let part = node.parent().filter(|parent| parent.name() != "Harness").and_then(|parent| parent.attribute("id"));
+        part.and_then(|id| self.occurrences.get(id)).map_or(&[], Vec::as_slice)
     }
 
     /// Wires and cores with their connections.
     pub(super) fn read_wiring(&mut self, root: Xml<'a, 'i>) -> Vec<Wiring> {
         let mut segments: HashMap<&str, Vec<String>> = HashMap::new();
         for routing in children(root, "Routing") {
-            let run = children(routing, "Segments").filter_map(text).flat_map(str::split_whitespace);
-            let run: Vec<String> = run.map(str::to_owned).collect();
+            let run = words(routing, "Segments").map(str::to_owned);
             segments.entry(child_text(routing, "Routed_wire").unwrap_or_default()).or_default().extend(run);
         }
         let of = |id: Option<&str>| id.and_then(|id| segments.get(id)).cloned().unwrap_or_default();
         let (mut wiring, mut connected) = (Vec::new(), HashSet::new());
         for connection in children(root, "Harness").flat_map(|harness| children(harness, "Connection")) {
-            let wire = child_text(connection, "Wire").and_then(|reference| self.ids.get(reference).copied());
+            let wire = self.target(connection, "Wire");
             if wire.is_some_and(|wire| self.chosen.leaves_out(wire, Some(connection))) {
                 connected.extend(wire.map(|wire| wire.id()));
+                self.left_out.insert(connection.id());
                 continue;
             }
             self.keep(connection);
@@ -271,12 +161,12 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             wiring.push(Wiring { label, signal, number: own.0, identity: own.1, ends, segments: run });
         }
         let bare = |node: &Xml| {
-            WIRES.contains(&node.tag_name().name())
+            WIRES.contains(&node.name())
                 && !connected.contains(&node.id())
                 && children(*node, "Core_occurrence").next().is_none()
         };
         for wire in root.descendants().filter(bare) {
-            if self.chosen.leaves_out(wire, None) {
+            if self.leaves_out(wire) {
                 continue;
             }
             let (id, (number, identity)) = (wire.attribute("id"), self.wire(wire));
@@ -292,24 +182,23 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         // A core stands in its cable.
         wire.parent().into_iter().for_each(|parent| self.keep(parent));
         let number = child_text(wire, "Wire_number").or_else(|| child_text(wire, "Special_wire_id"));
-        let part = child_text(wire, "Part").and_then(|reference| self.ids.get(reference).copied());
+        let part = self.target(wire, "Part");
         (number.map(str::to_owned), part.map(|part| self.identity(part)).unwrap_or_default())
     }
 
     fn end(&mut self, extremity: Xml<'a, 'i>) -> End {
         let mut end = End::default();
-        let target = |name| child_text(extremity, name).and_then(|reference| self.ids.get(reference).copied());
-        let Some(contact) = target("Contact_point") else { return end };
-        let around = contact.ancestors().take_while(|node| node.tag_name().name() != "Harness");
+        let Some(contact) = self.target(extremity, "Contact_point") else { return end };
+        let around = contact.ancestors().take_while(|node| node.name() != "Harness");
         end.within = around.filter_map(|node| node.attribute("id")).map(str::to_owned).collect();
-        let cavity = child_text(contact, "Contacted_cavity").and_then(|reference| self.ids.get(reference).copied());
+        let cavity = self.target(contact, "Contacted_cavity");
         end.cavity = cavity.and_then(|cavity| self.cavity_number(cavity));
         let parts = child_text(contact, "Associated_parts").unwrap_or_default();
         for occurrence in
             parts.split_whitespace().filter_map(|reference| self.ids.get(reference).copied()).collect::<Vec<_>>()
         {
             let number = self.identity_of(occurrence).part;
-            if occurrence.tag_name().name() == "Cavity_seal_occurrence" {
+            if occurrence.name() == "Cavity_seal_occurrence" {
                 end.seal = number;
             } else {
                 end.terminal = number;
@@ -320,55 +209,10 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Number of a cavity of a connector, which stands in the housing's part.
     fn cavity_number(&self, cavity: Xml<'a, 'i>) -> Option<String> {
-        let part = child_text(cavity, "Part").and_then(|reference| self.ids.get(reference).copied())?;
+        let part = self.target(cavity, "Part")?;
         child_text(part, "Cavity_number").map(str::to_owned)
     }
-
-    /// Every element directly in the container or a harness, and the use that is made of it; parts of elements that
-    /// are not read are reported.
-    pub(super) fn elements(&mut self, root: Xml<'a, 'i>) -> Vec<Element> {
-        let mut unread: HashMap<&str, usize> = HashMap::new();
-        let mut elements = Vec::new();
-        for node in root.children().chain(children(root, "Harness").flat_map(|harness| harness.children())) {
-            let plain = !node.children().any(|child| child.is_element());
-            let kind = node.tag_name().name();
-            if !node.is_element() || kind == "Harness" || plain {
-                continue;
-            }
-            let inner = node.descendants().skip(1).filter(Xml::is_element).map(|node| node.id());
-            let any = |set: &HashSet<NodeId>| set.contains(&node.id()) || inner.clone().any(|id| set.contains(&id));
-            let usage = match () {
-                () if self.used.borrow().contains(&node.id()) || STRUCTURE.contains(&kind) => Use::Used,
-                () if any(&self.used.borrow()) => Use::Used,
-                () if any(&self.kept) => Use::Kept,
-                () if self.chosen.leaves_out(node, None) => Use::LeftOut,
-                () => Use::NotRead,
-            };
-            if matches!(usage, Use::Used | Use::Kept) {
-                for inner in node.descendants().skip(1).filter(Xml::is_element) {
-                    let name = inner.tag_name().name();
-                    // Parts of a part that is not read are told with it.
-                    let told = inner.parent().is_some_and(|parent| unread.contains_key(parent.tag_name().name()));
-                    if !READ_WITHIN.contains(&name) && !told {
-                        *unread.entry(name).or_default() += 1;
-                    }
-                }
-            }
-            let id = node.attribute("id").unwrap_or_default().to_owned();
-            elements.push(Element { kind: kind.to_owned(), id, usage });
-        }
-        let mut unread: Vec<_> = unread.into_iter().collect();
-        unread.sort_unstable();
-        for (name, count) in unread {
-            self.findings.add_to("parts of elements that are not read", format!("{count} {name}"));
-        }
-        elements
-    }
 }
-
-/// Elements that the reading of the harness goes through one by one.
-const STRUCTURE: [&str; 7] =
-    ["Harness_configuration", "Module", "Module_configuration", "Node", "Routing", "Segment", "Unit"];
 
 /// Colour of a wire or part: its colours, the ground colour first.
 fn colour(part: Xml) -> Option<String> {
@@ -377,6 +221,32 @@ fn colour(part: Xml) -> Option<String> {
     let single = ["Housing_colour", "Colour"].into_iter().filter_map(|name| child_text(part, name));
     let all: Vec<&str> = values.chain(single).filter(|colour| !NOTHING.contains(colour)).collect();
     (!all.is_empty()).then(|| all.join("/"))
+}
+
+fn is_occurrence(node: &Xml) -> bool {
+    node.name().ends_with("_occurrence")
+}
+
+/// Occurrences of parts, by the ids of these.
+pub(super) fn occurrences<'a, 'i>(root: Xml<'a, 'i>) -> HashMap<&'a str, Vec<Xml<'a, 'i>>> {
+    let mut of: HashMap<&str, Vec<Xml>> = HashMap::new();
+    for node in root.descendants().filter(is_occurrence) {
+        if let Some(part) = child_text(node, "Part") {
+            of.entry(part).or_default().push(node);
+        }
+    }
+    of
+}
+
+/// The other occurrences that one belongs to: the terminal of a ring terminal's housing, or those of the part that it
+/// stands in.
+fn within_another(node: Xml, holders: &[Xml]) -> Vec<ListedPlace> {
+    let of = |component: &str| ListedPlace::In { component: component.to_owned(), cavity: None };
+    if child_text(node, "Usage") == Some("ring terminal") {
+        let terminal = child(node, "Contact_points").and_then(|contact| words(contact, "Associated_parts").next());
+        return terminal.into_iter().map(of).collect();
+    }
+    holders.iter().filter_map(|holder| holder.attribute("id")).map(of).collect()
 }
 
 /// A place that refers to an occurrence.
@@ -403,7 +273,7 @@ fn places<'a>(root: Xml<'a, '_>) -> HashMap<&'a str, Vec<Place<'a>>> {
     let mut places: HashMap<&str, Vec<Place>> = HashMap::new();
     for node in children(root, "Node") {
         let Some(id) = node.attribute("id") else { continue };
-        for reference in children(node, "Referenced_components").filter_map(text).flat_map(str::split_whitespace) {
+        for reference in words(node, "Referenced_components") {
             places.entry(reference).or_default().push(Place::Node(id));
         }
     }
@@ -423,9 +293,9 @@ fn places<'a>(root: Xml<'a, '_>) -> HashMap<&'a str, Vec<Place<'a>>> {
         }
     }
     let ids: HashMap<&str, Xml> = root.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect();
-    for cavity in root.descendants().filter(|node| node.has_tag_name("Cavities")) {
+    for cavity in root.descendants().filter(|node| node.name() == "Cavities") {
         let Some(plug) = child_text(cavity, "Associated_plug") else { continue };
-        let occurrence = cavity.ancestors().find(|node| node.tag_name().name().ends_with("_occurrence"));
+        let occurrence = cavity.ancestors().find(is_occurrence);
         let Some(component) = occurrence.and_then(|node| node.attribute("id")) else { continue };
         let part = child_text(cavity, "Part").and_then(|reference| ids.get(reference));
         let cavity = part.and_then(|part| child_text(*part, "Cavity_number"));

@@ -1,12 +1,14 @@
 //! Modules of a harness and its variants: which parts a car with some of them has.
 
 use super::super::options::{Contents, Module, Selection, Variant};
-use super::{Chosen, ImportError, Reader, Xml, child, child_text, children, position, text};
+use super::{Chosen, ImportError, Reader, Xml, child, child_text, children, position, words};
 use std::collections::{HashMap, HashSet};
 
 /// Modules and variants in the file, with their elements.
 struct Known<'a, 'i> {
     modules: Vec<(Module, Xml<'a, 'i>)>,
+    /// Configurations of each module: within it, or beside it with a reference to it.
+    configurations: Vec<Vec<Xml<'a, 'i>>>,
     variants: Vec<(Variant, Xml<'a, 'i>)>,
 }
 
@@ -33,18 +35,9 @@ fn distinct(nodes: &[Xml<'_, '_>]) -> Vec<String> {
     all.iter().map(|texts| (*texts.iter().find(|text| count[*text] == 1).unwrap_or(&"")).to_owned()).collect()
 }
 
-fn ids<'a>(node: Xml<'a, '_>, name: &'static str) -> Vec<&'a str> {
-    children(node, name).filter_map(text).flat_map(str::split_whitespace).collect()
-}
-
-/// Ids of the parts of a module.
-fn controlled<'a>(module: Xml<'a, '_>) -> Vec<&'a str> {
-    let own = module.attribute("id");
-    // Within the module, or beside it with a reference to it.
-    let beside = module.parent().into_iter().flat_map(|harness| children(harness, "Module_configuration"));
-    let beside = beside.filter(|configuration| own.is_some() && child_text(*configuration, "Modules") == own);
-    let all = children(module, "Module_configuration").chain(beside);
-    all.flat_map(|configuration| ids(configuration, "Controlled_components")).collect()
+/// Ids of the parts that some configurations control.
+fn controlled<'a, 'i>(configurations: &[Xml<'a, 'i>]) -> impl Iterator<Item = &'a str> {
+    configurations.iter().flat_map(|configuration| words(*configuration, "Controlled_components"))
 }
 
 impl<'a, 'i> Known<'a, 'i> {
@@ -54,21 +47,31 @@ impl<'a, 'i> Known<'a, 'i> {
         let module_names = distinct(&modules);
         let by_id: HashMap<&str, &String> =
             modules.iter().zip(&module_names).filter_map(|(node, name)| Some((node.attribute("id")?, name))).collect();
+        let mut beside: HashMap<&str, Vec<Xml>> = HashMap::new();
+        for configuration in all("Module_configuration") {
+            beside.entry(child_text(configuration, "Modules").unwrap_or_default()).or_default().push(configuration);
+        }
+        let configurations = modules.iter().map(|node| {
+            let beside = node.attribute("id").and_then(|id| beside.remove(id));
+            children(*node, "Module_configuration").chain(beside.into_iter().flatten()).collect()
+        });
+        let configurations: Vec<Vec<Xml>> = configurations.collect();
         let variants = all("Harness_configuration");
         let variant = |(node, name): (&Xml<'a, 'i>, String)| {
-            let modules = ids(*node, "Modules").into_iter();
-            let modules = modules.map(|id| by_id.get(id).map_or(id, |name| name.as_str()).to_owned()).collect();
+            let modules =
+                words(*node, "Modules").map(|id| by_id.get(id).map_or(id, |name| name.as_str()).to_owned()).collect();
             (Variant { name, modules }, *node)
         };
         let variants = variants.iter().zip(distinct(&variants)).map(variant).collect();
-        let module = |(node, name): (Xml<'a, 'i>, String)| {
+        let module = |((node, name), configurations): ((Xml<'a, 'i>, String), &Vec<Xml<'a, 'i>>)| {
             let configuration = child(node, "Module_configuration");
             let option_code = configuration.and_then(|own| child_text(own, "Logistic_control_information"));
             let description = child_text(node, "Description").map(str::to_owned);
-            let parts = controlled(node).len();
+            let parts = controlled(configurations).count();
             (Module { name, description, option_code: option_code.map(str::to_owned), parts }, node)
         };
-        Self { modules: modules.into_iter().zip(module_names).map(module).collect(), variants }
+        let modules = modules.into_iter().zip(module_names).zip(&configurations).map(module).collect();
+        Self { modules, configurations, variants }
     }
 
     /// The elements of the chosen modules.
@@ -97,8 +100,8 @@ impl<'a, 'i> Known<'a, 'i> {
 }
 
 /// The modules and variants of a file.
-pub(crate) fn contents(root: Xml<'_, '_>) -> Contents {
-    let Known { modules, variants } = Known::of(root);
+pub(super) fn contents(root: Xml<'_, '_>) -> Contents {
+    let Known { modules, variants, .. } = Known::of(root);
     Contents {
         modules: modules.into_iter().map(|(module, _)| module).collect(),
         variants: variants.into_iter().map(|(variant, _)| variant).collect(),
@@ -123,14 +126,23 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             self.findings.add(format!("of the {all} modules of the harness {count} are taken"));
         }
         let (mut present, mut left_out) = (HashSet::new(), HashSet::new());
-        for (_, node) in &known.modules {
-            let parts = if taken.contains(&node.id()) { &mut present } else { &mut left_out };
-            let own = controlled(*node);
-            let missing = own.iter().filter(|id| !self.ids.contains_key(*id));
-            for id in missing {
-                self.findings.add_to("modules name parts that are not in the file", *id);
+        for ((_, node), configurations) in known.modules.iter().zip(&known.configurations) {
+            let is_taken = taken.contains(&node.id());
+            let parts = if is_taken { &mut present } else { &mut left_out };
+            for id in controlled(configurations) {
+                if !self.ids.contains_key(id) {
+                    self.findings.add_to("modules name parts that are not in the file", id);
+                }
+                parts.insert(id);
             }
-            parts.extend(own);
+            let elements = if is_taken { self.used.get_mut() } else { &mut self.left_out };
+            elements.extend(configurations.iter().chain([node]).map(|own| own.id()));
+        }
+        if let Selection::Variant(name) = selection {
+            for (variant, node) in &known.variants {
+                let elements = if variant.name == *name { self.used.get_mut() } else { &mut self.left_out };
+                elements.insert(node.id());
+            }
         }
         self.chosen = Chosen { present, left_out };
         let harnesses = children(root, "Harness").count();

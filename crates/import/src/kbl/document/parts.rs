@@ -1,8 +1,8 @@
 //! Connectors and fixings on the topology.
 
 use super::{
-    Component, Fixing, ImportError, Node, Placement, Quantity, Reader, Vector, Xml, child, child_text, children,
-    number, title,
+    Component, Fixing, ImportError, Placement, Quantity, Reader, Vector, Xml, child, child_text, children, number,
+    title, words,
 };
 use std::collections::BTreeSet;
 
@@ -11,17 +11,17 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// component box); likewise its place and weight.
     pub(super) fn component(&mut self, component: Xml<'a, 'i>, reference: &str) -> Result<Component, ImportError> {
         let mut placement = None;
-        let within = || component.ancestors().take_while(|node| node.tag_name().name() != "Harness");
+        let within = || component.ancestors().take_while(|node| node.name() != "Harness");
         for node in within() {
             placement = self.placement(node)?;
             if placement.is_some() {
                 break;
             }
         }
-        let part = child_text(component, "Part").and_then(|reference| self.ids.get(reference).copied());
+        let part = self.target(component, "Part");
         let mass = match part {
             Some(part) if child(part, "Mass_information").is_some() => {
-                self.used.borrow_mut().insert(part.id());
+                self.mark(part);
                 self.value(part, "Mass_information", Quantity::Mass)?
             }
             _ => None,
@@ -55,7 +55,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let mut fixings = Vec::new();
         for assignment in children(segment, "Fixing_assignment") {
             let Some(at) = self.location(assignment, "Location", "Absolute_location")? else { continue };
-            let fixing = child_text(assignment, "Fixing").and_then(|reference| self.ids.get(reference).copied());
+            let fixing = self.target(assignment, "Fixing");
             if fixing.is_none() {
                 self.findings
                     .add_to("fixing assignments refer to no fixing of the file; held nevertheless", title(assignment));
@@ -64,12 +64,10 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 continue;
             }
             let own = assignment.attribute("id").unwrap_or("fixing");
-            let part = fixing
-                .and_then(|fixing| child_text(fixing, "Part"))
-                .and_then(|reference| self.ids.get(reference).copied());
+            let part = fixing.and_then(|fixing| self.target(fixing, "Part"));
             let kind = part.and_then(|part| child_text(part, "Fixing_type")).unwrap_or_default();
             if !kind.is_empty() {
-                self.used.borrow_mut().extend(part.map(|part| part.id()));
+                part.into_iter().for_each(|part| self.mark(part));
             }
             fixings.push(Fixing {
                 id: own.to_owned(),
@@ -84,9 +82,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     }
 
     /// Reports fixings and connectors of the file that nothing refers to: they do not act.
-    pub(super) fn note_unused(&mut self, root: Xml<'a, 'i>, nodes: &[Node]) {
+    pub(super) fn note_unused(&mut self, root: Xml<'a, 'i>) {
         let placed: BTreeSet<&str> =
-            nodes.iter().flat_map(|node| &node.components).map(|component| component.id.as_str()).collect();
+            children(root, "Node").flat_map(|node| words(node, "Referenced_components")).collect();
         let assigned: BTreeSet<&str> = children(root, "Segment")
             .flat_map(|segment| children(segment, "Fixing_assignment"))
             .filter_map(|assignment| child_text(assignment, "Fixing"))
@@ -94,7 +92,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         for harness in children(root, "Harness") {
             for occurrence in children(harness, "Fixing_occurrence") {
                 let id = occurrence.attribute("id").unwrap_or_default();
-                if !assigned.contains(id) {
+                if !assigned.contains(id) && !self.chosen.leaves_out(occurrence, None) {
                     let label = child_text(occurrence, "Id").unwrap_or(id);
                     self.findings.add_to("fixings are assigned to no segment; left out", format!("{id} `{label}`"));
                 }

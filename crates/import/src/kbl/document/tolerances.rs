@@ -5,7 +5,7 @@
 //! `Lower_limit` and an `Upper_limit`, which are deviations ("±5 mm"); some files give the least and the greatest
 //! length there instead, and some the lower one without its sign.
 
-use super::{ImportError, LARGEST, Quantity, Reader, Segment, Xml, child, child_text, children, number, text, title};
+use super::{ImportError, LARGEST, Quantity, Reader, Segment, Xml, child, child_text, children, number, title, words};
 use std::collections::HashMap;
 
 /// Types of lengths to which a default applies, the more specific one first.
@@ -31,18 +31,21 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let kind = child_text(default, "Tolerance_type").unwrap_or(TYPES[1]);
             let Some(kind) = TYPES.iter().position(|known| *known == kind) else { continue };
             if let (Some(range), Some(limits)) = (self.range(default)?, self.limits(default)?) {
+                self.keep(default);
                 defaults[kind].push(Default { range, limits });
             }
         }
         let mut own: HashMap<usize, [f64; 2]> = HashMap::new();
         for dimension in children(root, "Dimension_specification") {
             let Some(limits) = self.limits(dimension)? else { continue };
-            let names =
-                children(dimension, "Segments").flat_map(|holder| text(holder).unwrap_or_default().split_whitespace());
-            match names.collect::<Vec<_>>().as_slice() {
+            let is_segment = |id: &str| self.ids.get(id).is_some_and(|node| node.name() == "Segment");
+            match words(dimension, "Segments").collect::<Vec<_>>().as_slice() {
                 [one] if index.contains_key(one) => {
                     own.insert(index[one], limits);
+                    self.keep(dimension);
                 }
+                // One without wires of the chosen modules.
+                [one] if is_segment(one) => {}
                 _ => self
                     .findings
                     .add_to("tolerances of dimensions that are not those of one segment; not used", title(dimension)),
@@ -74,7 +77,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// The lengths to which a default applies, m; all of them if it gives no range, `None` if that cannot be used.
     fn range(&mut self, default: Xml<'a, 'i>) -> Result<Option<[f64; 2]>, ImportError> {
         let Some(range) = child(default, "Dimension_value_range") else { return Ok(Some([0.0, f64::INFINITY])) };
-        let unit = child_text(range, "Unit_component").and_then(|unit| self.units.get(unit)).copied();
+        let unit = self.unit(range);
         let ends = ["Minimum", "Maximum"].map(|name| child(range, name));
         let (Some(unit), [Some(from), Some(to)]) = (unit.filter(|unit| unit.quantity == Quantity::Length), ends) else {
             self.findings.add_to("default tolerances for a range without a unit of length; not used", title(default));

@@ -1,42 +1,63 @@
 //! Wires, and the segments through which they run.
 
-use super::{BEND_RADII, DIAMETERS, ImportError, Quantity, Reader, Segment, Wire, Xml, children, text, title};
+use super::{BEND_RADII, DIAMETERS, ImportError, Quantity, Reader, Segment, Wire, Xml, children, title, words};
 use std::collections::HashMap;
 
+/// The way of a wire of the chosen modules.
+pub(super) struct Route<'a, 'i> {
+    routing: Xml<'a, 'i>,
+    wire: Xml<'a, 'i>,
+    /// XML ids, as the file gives them.
+    pub segments: Vec<&'a str>,
+}
+
 impl<'a, 'i> Reader<'a, 'i, '_> {
-    /// Reads the wires of every segment.
-    pub(super) fn read_routings(
-        &mut self,
-        root: Xml<'a, 'i>,
-        segments: &mut [Segment],
-        index: &HashMap<&'a str, usize>,
-    ) -> Result<Vec<Wire>, ImportError> {
+    /// The ways of all wires of the chosen modules.
+    pub(super) fn read_routes(&mut self, root: Xml<'a, 'i>) -> Vec<Route<'a, 'i>> {
         const OCCURRENCES: [&str; 3] = ["General_wire_occurrence", "Wire_occurrence", "Core_occurrence"];
-        let mut wires = Vec::new();
-        let mut seen: HashMap<&str, Vec<usize>> = HashMap::new();
+        let mut routes = Vec::new();
         for routing in children(root, "Routing") {
+            let connection = self.target(routing, "Routed_wire");
+            let wire = connection.map(|own| self.target(own, "Wire").unwrap_or(own));
+            if wire.is_some_and(|wire| self.chosen.leaves_out(wire, connection)) {
+                self.left_out.insert(routing.id());
+                continue;
+            }
             let routed = ["Connection", OCCURRENCES[0], OCCURRENCES[1], OCCURRENCES[2]];
             let then = "its wire is not counted";
             let Some(routed) = self.optional(routing, "Routed_wire", &routed, then) else { continue };
-            let wire = if routed.tag_name().name() == "Connection" {
+            let wire = if routed.name() == "Connection" {
                 self.optional(routed, "Wire", &OCCURRENCES, then)
             } else {
                 Some(routed)
             };
-            let Some(wire) = wire else { continue };
-            if self.chosen.leaves_out(wire, Some(routed)) {
-                continue;
+            let segments = words(routing, "Segments").collect();
+            if let Some(wire) = wire {
+                self.mark(routing);
+                routes.push(Route { routing, wire, segments });
             }
+        }
+        routes
+    }
+
+    /// Reads the wires of every segment.
+    pub(super) fn read_wires(
+        &mut self,
+        routes: Vec<Route<'a, 'i>>,
+        segments: &mut [Segment],
+        index: &HashMap<&'a str, usize>,
+    ) -> Result<Vec<Wire>, ImportError> {
+        let mut wires = Vec::new();
+        let mut seen: HashMap<&str, Vec<usize>> = HashMap::new();
+        for Route { routing, wire, segments: route } in routes {
             let mut run = Vec::new();
-            for holder in children(routing, "Segments") {
-                for reference in text(holder).unwrap_or_default().split_whitespace() {
-                    match index.get(reference) {
-                        Some(&segment) => run.push(segment),
-                        None => self.findings.add(format!(
-                            "{} runs through segment `{reference}`, which is not in the file; left out",
-                            title(routing)
-                        )),
-                    }
+            for reference in route {
+                match index.get(reference) {
+                    Some(&segment) => run.push(segment),
+                    None => self.findings.add(format!(
+                        "{} runs through segment `{reference}`, which is not in the file; left out",
+                        title(routing)
+                    )),
                 }
             }
             let wire_id = wire.attribute("id").unwrap_or_default();
@@ -107,7 +128,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// copper: jacket and filler are divided likewise.
     fn read_wire_part(&mut self, id: String, part: Xml<'a, 'i>) -> Result<Wire, ImportError> {
         let copper_area = self.value(part, "Cross_section_area", Quantity::Area)?;
-        let linear_density = match part.parent().filter(|parent| parent.tag_name().name() == "General_wire") {
+        let linear_density = match part.parent().filter(|parent| parent.name() == "General_wire") {
             None => self.value(part, "Mass_information", Quantity::MassPerLength)?,
             Some(cable) => self.mass_per_copper(cable)?.zip(copper_area).map(|(mass, area)| mass * area),
         };
