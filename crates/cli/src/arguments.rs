@@ -607,7 +607,7 @@ pub struct FormboardArguments {
         long,
         value_name = "LENGTH",
         default_value = "5 mm",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         value_parser = values::millimetres
     )]
     pub gap: f64,
@@ -616,7 +616,7 @@ pub struct FormboardArguments {
         long,
         value_name = "LENGTH",
         default_value = "50 mm",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
         value_parser = values::millimetres
     )]
     pub margin: f64,
