@@ -42,8 +42,8 @@ impl Session {
                 return self.report_failure(fault.to_owned());
             }
         };
-        let Snapshot { text, own, by_hand, run, .. } = self.now.clone();
-        let mut anew = Snapshot::new(text, own, by_hand, harness, run + 1);
+        let Snapshot { files, text, own, by_hand, run, .. } = self.now.clone();
+        let mut anew = Snapshot::new(files, text, own, by_hand, harness, run + 1);
         anew.mesh = if next == Next::Trial {
             adaptation.begin_trial(&anew.harness.network);
             Mesh::Adapting(adaptation)
