@@ -2,6 +2,7 @@
 
 mod carried;
 mod guard;
+mod halves;
 
 use super::branches::add_joint;
 use super::entries::{append, copy_of, is, list, names, refused, set, unknown, vertices, word};
@@ -11,54 +12,8 @@ use crate::edit::record;
 use crate::fault::Fault;
 use carried::carry_over;
 use guard::refuse_what_changes;
-use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
-
-/// Arc lengths nearer than this, relative to the branch, are the same.
-const SAME: f64 = 1e-9;
-/// What a parts list says of a branch: it is one part, so its second half does not have it.
-const IDENTITY: [&str; 4] = ["part", "description", "supplier", "colour"];
-
-/// A split.
-#[derive(Clone, Copy)]
-struct Split<'a> {
-    /// The branch; its first half keeps this name.
-    branch: &'a str,
-    /// Where, m.
-    s: f64,
-    /// Length of the branch, m.
-    length: f64,
-    /// Name of the second half.
-    second: &'a str,
-    /// Name of the vertex between them.
-    joint: &'a str,
-}
-
-/// On which half a part of a branch lies.
-#[derive(Clone, Copy, PartialEq)]
-enum Side {
-    First,
-    Second,
-    Both,
-}
-
-impl Split<'_> {
-    /// The side of the part between the arc lengths `from` and `to` of an entry.
-    fn side(&self, entry: &dyn TableLike) -> Side {
-        let same = SAME * self.length;
-        if metres(entry.get("from")).is_some_and(|from| from >= self.s - same) {
-            Side::Second
-        } else if metres(entry.get("to")).is_some_and(|to| to <= self.s + same) {
-            Side::First
-        } else {
-            Side::Both
-        }
-    }
-
-    /// An arc length of the branch as one of its second half.
-    fn behind(&self, written: Option<&Item>) -> Option<Value> {
-        metres(written).map(|own| length_like(written, (own - self.s).max(0.0)))
-    }
-}
+use halves::{IDENTITY, SAME, Split};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
 
 pub(super) fn split(
     text: &str,

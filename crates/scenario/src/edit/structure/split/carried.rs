@@ -3,7 +3,7 @@
 use super::super::entries::{append, copy_of, each_table, is, list, names, put, set, unused, word};
 use super::super::lengths::metres;
 use super::super::part::Part;
-use super::{IDENTITY, SAME, Side, Split};
+use super::halves::{IDENTITY, SAME, Side, Split};
 use crate::fault::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike};

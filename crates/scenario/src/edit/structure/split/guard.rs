@@ -2,7 +2,7 @@
 
 use super::super::entries::{each_table, is, list, refused, word};
 use super::super::lengths::metres;
-use super::{Side, Split};
+use super::halves::{Side, Split};
 use crate::edit::key_path::{self, Part};
 use crate::edit::record::{as_json, index_of};
 use crate::fault::Fault;
