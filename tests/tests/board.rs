@@ -51,7 +51,8 @@ fn lay(place: &Place, file: &str, more: &[&str]) -> Ended {
     place.run(&[&["formboard", file, "-o", "o"], more].concat())
 }
 
-/// Pegs of the equilibrium on the board, and the forces that they exert, N; all else that holds it is a root.
+/// Pegs of the equilibrium on the board, and the forces that they exert, N, beside the weight of a connector that lies on
+/// one of them; all else that holds it is a root.
 fn forces(text: &str) -> Result<Vec<(String, f64)>, Failed> {
     let registry = wireloom::registry();
     let (scenario, built) = wireloom::load(text, &registry).map_err(|faults| format!("{faults:?}"))?;
@@ -60,8 +61,22 @@ fn forces(text: &str) -> Result<Vec<(String, f64)>, Failed> {
     let run = wireloom::run(built, &mut |_, _| wireloom::Control::Continue);
     ensure(run.status() == Status::Converged, || format!("{:?}", run.status()))?;
     let step = &run.steps[0];
+    let table: toml::Table = toml::from_str(text)?;
+    let entries = |key: &str| table.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let (constraints, loads) = (entries("constraints"), entries("loads"));
+    let weight = |name: &str| {
+        let at = constraints.iter().find(|own| own["name"].as_str() == Some(name)).map(|own| &own["at"]);
+        let here = loads.iter().filter(|load| at.is_some() && load.get("at") == at);
+        let down = |load: &toml::Value| load["force"][2].as_float().unwrap_or(0.0);
+        here.map(down).sum::<f64>()
+    };
     let pegs = scenario.constraints.iter().zip(&step.constraints).filter(|(own, _)| !own.name.starts_with("root, "));
-    Ok(pegs.map(|(own, found)| (own.name.clone(), found.force.norm())).collect())
+    Ok(pegs
+        .map(|(own, found)| {
+            let [x, y, z] = found.force.into();
+            (own.name.clone(), f64::hypot(x.hypot(y), z + weight(&own.name)))
+        })
+        .collect())
 }
 
 /// Everything about a board that has no bends: four files, the same bytes twice, lengths, pegs that bear weight alone.

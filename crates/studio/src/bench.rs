@@ -6,6 +6,7 @@ use crate::server::{Backend, Content, Live, Server, Site, Token};
 use crate::{SessionInput, Studio, open};
 use std::fmt::Write;
 use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
 use std::time::Instant;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
@@ -89,7 +90,7 @@ fn drag(text: &str) -> Result<Drag, String> {
     let opened = SessionInput {
         text: text.to_owned(),
         name: "bench.toml".to_owned(),
-        files: Box::new(NoFiles),
+        files: Arc::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
         storage: None,

@@ -17,7 +17,7 @@ mod sheet;
 mod stretches;
 mod worker;
 
-pub use session::{Known, PROGRAM, SessionInput, Storage, StoreError};
+pub use session::{PROGRAM, SessionFiles, SessionInput, Storage, StoreError};
 pub use worker::{Outcome, Studio, Subscription, TabMessage, open};
 
 /// The page, in one file: `crates/studio/web/dist/index.html`.

@@ -172,8 +172,8 @@ pub enum Edit {
     Branch {
         /// Its name.
         name: String,
-        /// Where it begins; none: at a new vertex.
-        from: Option<Start>,
+        /// Where it begins.
+        from: Start,
         /// Name of its section.
         section: String,
         /// Its length as the file shall have it.
@@ -193,33 +193,21 @@ pub enum List {
     Obstacles,
     /// Requirements.
     Requirements,
-    /// Loads.
-    Loads,
-    /// Markers.
-    Markers,
 }
 
-/// A kind of parts that have names.
+/// A kind of parts that a page renames and deletes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub enum PartKind {
     /// A branch.
     Branch,
-    /// A vertex: an end or a joint.
-    Vertex,
-    /// A section.
-    Section,
     /// A constraint.
     Constraint,
     /// An obstacle.
     Obstacle,
     /// A requirement.
     Requirement,
-    /// A load.
-    Load,
-    /// A step.
-    Step,
 }
 
 /// Where a new branch begins.

@@ -8,10 +8,12 @@ mod clearance;
 mod drag;
 mod dragging;
 mod edits;
+mod file;
 #[cfg(test)]
 mod fuzz;
 mod harness;
 mod hold;
+mod known;
 mod mesh;
 mod refusal;
 mod settings;
@@ -33,14 +35,15 @@ use std::rc::Rc;
 use std::sync::Arc;
 use wireloom::harness::Obstacle;
 use wireloom::result::{Identities, Moment, RequirementResult};
+use wireloom::scenario::Fault;
 use wireloom::scenario::adjust::adjustable;
 use wireloom::scenario::record::with_value;
-use wireloom::scenario::{Fault, Files};
 use wireloom::session::{Checkpoint, DrivenHarness, Monitor, Refusal};
 use wireloom::{Registry, Status, StepResult};
 
-pub use edits::{Known, Storage, StoreError};
-pub(crate) use edits::{MAX_TEXT, text_faults};
+pub use file::{Storage, StoreError};
+pub use known::SessionFiles;
+pub(crate) use known::{Known, MAX_TEXT, text_faults};
 pub(crate) use snapshot::Frame;
 
 /// Name and version of this program.
@@ -55,7 +58,7 @@ pub struct SessionInput {
     /// File name for saving.
     pub name: String,
     /// Provides the files that the scenario names.
-    pub files: Box<dyn Files + Send + Sync>,
+    pub files: Arc<dyn SessionFiles>,
     /// Kinds that the scenario can use.
     pub registry: Registry,
     /// Whether the text has unsaved changes: true for a restored draft.
@@ -125,11 +128,11 @@ impl Session {
     /// All faults of the text.
     pub fn open(opened: SessionInput, monitor: Monitor) -> Result<Self, Vec<Fault>> {
         let SessionInput { text, name, files, registry, unsaved, storage } = opened;
-        let known = Arc::new(Known { files, registry });
-        let (text, harness) = known.load(&text, &monitor)?;
+        let known = Arc::new(Known::new(files.clone(), registry));
+        let (text, harness) = known.load(&text, &*files, &monitor)?;
         let harness = Rc::new(harness);
         let own = harness.schedule.steps.len();
-        let now = Snapshot::new(text.into(), own, Vec::new(), harness, 0);
+        let now = Snapshot::new(files, text.into(), own, Vec::new(), harness, 0);
         let changes = Changes { scene: true, timeline: true, edited: true, ..Changes::default() };
         Ok(Self {
             name,
@@ -349,7 +352,7 @@ impl Session {
     fn save(&mut self, tab: u32) -> Result<(), Refusal> {
         let text = self.text()?;
         // The text is checked, because a draft may not be valid.
-        let checked = DrivenHarness::load(&text, &*self.known.files, &self.known.registry, &self.monitor);
+        let checked = DrivenHarness::load(&text, &*self.now.files, &self.known.registry, &self.monitor);
         if self.storage.is_none() {
             // Where there is no file, the copy is what is kept.
             (self.unsaved, self.changes.edited) = (false, true);
@@ -368,7 +371,7 @@ impl Session {
     /// Changes a value of the scenario's text and restarts the run.
     fn set(&mut self, key: &str, given: &Json) -> Result<(), Refusal> {
         self.end_drag();
-        let Snapshot { text, own, by_hand, harness, run, .. } = &self.now;
+        let Snapshot { files, text, own, by_hand, harness, run, .. } = &self.now;
         let all = adjustable(&harness.scenario, &self.known.registry);
         let known = all.iter().find(|own| own.key == key);
         let known = known.ok_or_else(|| {
@@ -379,7 +382,7 @@ impl Session {
             return Ok(());
         }
         let text = with_value(text, key, &value, &self.known.registry)?;
-        let mut next = Snapshot::new(text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
+        let mut next = Snapshot::new(files.clone(), text.into(), *own, by_hand.clone(), harness.clone(), run + 1);
         next.harness = Rc::new(self.load_anew(&next)?);
         next.mesh = Mesh::of(&next.harness);
         let label = format!("{} of {}", known.label, known.group);
@@ -431,6 +434,7 @@ impl Session {
 
     /// Switches to a snapshot; returns the previous one.
     fn switch_to(&mut self, snapshot: Snapshot) -> Snapshot {
+        self.known.check_with(&snapshot.files);
         self.shown.clone_from(&snapshot.at);
         self.shown_sheet = snapshot.shown_sheet();
         let changed = !Rc::ptr_eq(&self.now.harness, &snapshot.harness) || self.now.run != snapshot.run;
@@ -498,7 +502,7 @@ impl Session {
     /// Builds the harness of a snapshot's text.
     fn load_anew(&self, snapshot: &Snapshot) -> Result<DrivenHarness, Refusal> {
         let text = snapshot.whole_text()?;
-        Ok(DrivenHarness::load(&text, &*self.known.files, &self.known.registry, &self.monitor)?)
+        Ok(DrivenHarness::load(&text, &*snapshot.files, &self.known.registry, &self.monitor)?)
     }
 
     /// Builds the harness of a snapshot's text, on the mesh that the snapshot has.

@@ -14,7 +14,7 @@ use wireloom_studio::{SessionInput, Studio, Subscription, TabMessage, frame};
 
 fn open(text: &str, registry: Registry) -> Studio {
     let (text, name) = (text.to_owned(), "cable.toml".to_owned());
-    let opened = SessionInput { text, name, files: Box::new(NoFiles), registry, unsaved: false, storage: None };
+    let opened = SessionInput { text, name, files: Arc::new(NoFiles), registry, unsaved: false, storage: None };
     wireloom_studio::open(opened).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 

@@ -24,8 +24,8 @@ use memory::{Draft, Memory, Remembered};
 use redirect::Redirect;
 use std::io::{self, Write};
 use std::net::{IpAddr, TcpListener, ToSocketAddrs};
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use storage::FileStorage;
 use wireloom::export::json;
 use wireloom::export::json::Provenance;
@@ -182,7 +182,7 @@ fn session(
     let path = &arguments.what;
     let text = load::text(path)?;
     let storage = FileStorage::new(path, &text);
-    let opener = Opener { path: path.clone(), allowed: arguments.allowed.clone(), storage };
+    let opener = Opener { allowed: arguments.allowed.clone(), storage };
     let studio = opener.open(&text, false)?;
     let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
     let desk = AtHand { opener, memory: memory.map(Mutex::new) };
@@ -192,7 +192,6 @@ fn session(
 
 /// Opens sessions of one scenario.
 struct Opener {
-    path: PathBuf,
     allowed: Allowed,
     storage: FileStorage,
 }
@@ -200,37 +199,43 @@ struct Opener {
 impl Opener {
     /// Opens the text of the file, or one in its place that is not saved.
     fn open(&self, text: &str, unsaved: bool) -> Result<Studio, Failure> {
+        // Another one since the scenario was saved under another name.
+        let path = self.storage.path();
         let trust = Trust::to_run(&self.allowed);
         let mut registry = trust.registry();
-        load_plugins(&self.path, text, &trust, &mut registry)?;
-        let files = Fence::of(&self.path);
+        load_plugins(&path, text, &trust, &mut registry)?;
+        let files = Fence::of(&path);
         let opened = SessionInput {
             text: text.to_owned(),
-            name: self.storage.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            files: Box::new(files.clone()),
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            files: Arc::new(files.clone()),
             registry,
             unsaved,
             storage: Some(Box::new(self.storage.clone())),
         };
         let studio = wireloom_studio::open(opened)
-            .map_err(|faults| Failure::Refused(vec![load::refusal(&self.path, text.to_owned(), faults)]))?;
+            .map_err(|faults| Failure::Refused(vec![load::refusal(&path, text.to_owned(), faults)]))?;
         files.close();
         Ok(studio)
     }
 
     /// Provenance of the results of a text; and all texts.
     fn origin(&self, text: &str) -> Option<(Provenance, Vec<(String, String)>)> {
-        let loaded = load::scenario_of(&self.path, text.to_owned(), &[], &Trust::to_run(&self.allowed)).ok()?;
+        let loaded =
+            load::scenario_of(&self.storage.path(), text.to_owned(), &[], &Trust::to_run(&self.allowed)).ok()?;
         Some((loaded.provenance(), loaded.texts))
     }
 }
 
-/// The state of the scenario's file, if that has another path since it was saved under another name.
-fn follow(memory: &mut Memory, path: &Path) -> io::Result<()> {
+/// The state of the scenario's file, if that has another path since it was saved under another name; `open`: that of
+/// a path. It has the port of this session, where its pages are open.
+fn follow(memory: &mut Memory, path: &Path, open: impl FnOnce(&Path) -> io::Result<Option<Memory>>) -> io::Result<()> {
     if path.canonicalize()? == memory.remembered().scenario {
         return Ok(());
     }
-    if let Some(other) = Memory::of(path)? {
+    if let Some(mut other) = open(path)? {
+        let port = memory.remembered().port;
+        other.change(|known| known.port = port)?;
         memory.change(|known| known.draft = None)?;
         *memory = other;
     }
@@ -244,12 +249,20 @@ struct AtHand {
     memory: Option<Mutex<Memory>>,
 }
 
+impl AtHand {
+    /// The state of the scenario's present file, and whether it can be kept.
+    fn memory(&self) -> Option<(MutexGuard<'_, Memory>, io::Result<()>)> {
+        let mut memory = self.memory.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+        let followed = follow(&mut memory, &self.opener.storage.path(), Memory::of);
+        Some((memory, followed))
+    }
+}
+
 impl Backend for AtHand {
     fn keep(&self, draft: Option<&str>) {
-        let Some(memory) = &self.memory else { return };
         let draft = draft.map(|text| Draft { text: text.to_owned(), written: now() });
-        let mut memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Err(error) = follow(&mut memory, &self.opener.storage.path()) {
+        let Some((mut memory, followed)) = self.memory() else { return };
+        if let Err(error) = followed {
             let failure = Failure::Io { what: "cannot keep drafts of the new file".to_owned(), source: error };
             diagnostics::show(&failure, &mut io::stderr());
         }
@@ -264,6 +277,8 @@ impl Backend for AtHand {
     }
 
     fn changed_outside(&self) -> Option<String> {
+        // Asked at intervals: a new name is noticed even if there is no draft. A fault is told when there is one.
+        drop(self.memory());
         self.opener.storage.changed_outside()
     }
 
@@ -278,5 +293,48 @@ impl Backend for AtHand {
             written: &now(),
         };
         exports::make(&outcome.run, &outcome.obstacles, name, &made)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use wireloom_studio::Storage;
+
+    const CABLE: &str = "schema = 1\n[sections.s]\ndiameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 1e4\n\
+                         bending_stiffness = 0.01\ntorsion_stiffness = 0.01\n[[branches]]\nname = \"b\"\nfrom = \"A\"\n\
+                         to = \"B\"\nsection = \"s\"\nlength = 1\nsegments = 4\n[[constraints]]\nname = \"c\"\n\
+                         kind = \"connector\"\nat = { end = \"A\" }\n";
+
+    /// Results and refusals named the file of before.
+    #[test]
+    fn after_a_scenario_is_saved_under_another_name_it_is_that_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("y.toml");
+        fs::write(&path, CABLE).expect("written");
+        let mut opener = Opener { allowed: Allowed::default(), storage: FileStorage::new(&path, CABLE) };
+        assert_eq!(opener.storage.store(CABLE, Some("z.toml"), false).as_deref(), Ok("z.toml"));
+        let (_, texts) = opener.origin(CABLE).expect("no faults");
+        assert_eq!(texts[0].0, "z.toml");
+        let Err(Failure::Refused(refused)) = opener.open("schema = ", true) else { panic!() };
+        assert!(refused[0].file.ends_with("z.toml"), "{}", refused[0].file);
+    }
+
+    /// The next session of the new file had another port, and open pages did not find it.
+    #[test]
+    fn the_port_of_a_session_is_that_of_the_file_that_it_was_saved_as() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().canonicalize().expect("there");
+        let of = |path: &Path| Memory::within(&place.join("states"), path.to_owned());
+        let [old, new] = ["y.toml", "z.toml"].map(|name| place.join(name));
+        fs::write(&new, "").expect("written");
+        let mut memory = of(&old).expect("readable").expect("free");
+        let draft = Some(Draft { text: "a = 1".to_owned(), written: now() });
+        memory.change(|known| (known.port, known.draft) = (Some(7), draft)).expect("written");
+        follow(&mut memory, &new, of).expect("readable");
+        let kept = memory.remembered();
+        assert_eq!((kept.scenario.as_path(), kept.port, &kept.draft), (new.as_path(), Some(7), &None));
+        assert_eq!(of(&old).expect("readable").expect("free again").remembered().draft, None);
     }
 }

@@ -87,8 +87,8 @@ impl Place {
         self.holder(name, false).is_ok_and(|(holder, name)| holder.0.symlink_metadata(name).is_ok())
     }
 
-    /// Writes a file under a random name in `partials` first, and renames it when it is complete. Returns the file,
-    /// still open.
+    /// Writes a file under a random name in `partials` first, and renames it when it is complete. A file that it
+    /// replaces leaves it its permissions. Returns the file, still open.
     pub fn write(
         &self,
         name: &str,
@@ -103,20 +103,28 @@ impl Place {
     /// Begins such a file; it goes unless [`Pending::finish`] renames it.
     pub fn begin(&self, name: &str, partials: &Self) -> io::Result<(Pending, Writer)> {
         let (holder, name) = self.holder(name, true)?;
-        match holder.0.symlink_metadata(name) {
+        let replaced = match holder.0.symlink_metadata(name) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
-            Err(_) => {}
-            Ok(there) => refuse_all_but_files(there.file_type())?,
-        }
+            Err(_) => None,
+            Ok(there) => {
+                refuse_all_but_files(there.file_type())?;
+                Some(there.permissions())
+            }
+        };
         let partials = Self(partials.0.try_clone()?);
         let partial = format!(".{name}.{:016x}{PARTIAL}", fastrand::u64(..));
         let mut options = OpenOptions::new();
         options.write(true).create_new(true).follow(FollowSymlinks::No);
-        let file = partials.0.open_with(&partial, &options)?.into_std();
+        let file = partials.0.open_with(&partial, &options)?;
+        let pending = Pending { holder, name: name.to_owned(), partials, partial: Some(partial) };
+        if let Some(permissions) = replaced {
+            file.set_permissions(permissions)?;
+        }
+        let file = file.into_std();
         // Shows that it is being written; where files cannot be locked, partial files are never removed.
         let _ = file.lock();
         let writer = Writer { out: BufWriter::new(file), hash: Sha256::new() };
-        Ok((Pending { holder, name: name.to_owned(), partials, partial: Some(partial) }, writer))
+        Ok((pending, writer))
     }
 
     /// Removes a plain file, if it is there, and the folders on the way to it that this leaves empty.

@@ -1,8 +1,9 @@
 //! Writes the text of a scenario anew for the harness on a formboard: other rest shapes, other constraints, no steps.
 
-use super::record::{Attachment, document, list, number, place_of};
+use super::record::{Attachment, document, inline, list, number, on_lines, place_of};
+use super::structure::entries;
 use crate::fault::Fault;
-use toml_edit::{Array, ArrayOfTables, InlineTable, Item, Table, TableLike, Value};
+use toml_edit::{Array, ArrayOfTables, Item, Table, TableLike, Value};
 
 /// What the harness is on the board.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -133,7 +134,7 @@ pub fn on_board(text: &str, flat: &Flat) -> Result<(String, Vec<String>), Fault>
             let name = value.and_then(Value::as_str);
             own.arms.iter().any(|(branch, _)| Some(branch.as_str()) == name)
         };
-        retain(entry, "wires", |wires| {
+        retain(entry, "wires", &mut |wires| {
             let between = wires.get("between").and_then(Item::as_array);
             between.is_none_or(|between| has(between.get(0)) && has(between.get(1)))
         });
@@ -155,54 +156,30 @@ pub fn on_board(text: &str, flat: &Flat) -> Result<(String, Vec<String>), Fault>
     Ok((document.to_string(), left_out))
 }
 
-/// Shows every entry of a list of tables with its name; those for which `keep` says no are removed, and so is a list
-/// that becomes empty.
+/// Shows every entry of a list of tables with its name; those for which `keep` says no are removed.
 fn each(root: &mut Table, key: &str, mut keep: impl FnMut(&mut dyn TableLike, &str) -> bool) {
-    let mut with_name = |entry: &mut dyn TableLike| {
-        let name = entry.get("name").and_then(Item::as_str).unwrap_or_default().to_owned();
-        keep(entry, &name)
-    };
-    retain(root, key, |entry| with_name(entry));
+    let mut kept = Vec::new();
+    for entry in entries::list(root, key) {
+        let name = entries::word(entry, "name").unwrap_or_default().to_owned();
+        kept.push(keep(entry, &name));
+    }
+    let mut kept = kept.into_iter();
+    retain(root, key, &mut |_| kept.next().unwrap_or(true));
 }
 
-fn retain(table: &mut dyn TableLike, key: &str, mut keep: impl FnMut(&mut dyn TableLike) -> bool) {
-    let empty = match table.get_mut(key) {
-        Some(Item::ArrayOfTables(tables)) => {
-            for k in (0..tables.len()).rev() {
-                if tables.get_mut(k).is_some_and(|entry| !keep(entry)) {
-                    tables.remove(k);
-                }
-            }
-            tables.is_empty()
-        }
-        Some(Item::Value(Value::Array(entries))) => {
-            for k in (0..entries.len()).rev() {
-                let entry = entries.get_mut(k).and_then(Value::as_inline_table_mut);
-                if entry.is_some_and(|entry| !keep(entry)) {
-                    entries.remove(k);
-                }
-            }
-            entries.is_empty()
-        }
-        _ => false,
-    };
-    if empty {
+/// Keeps some of the entries of a list; without any, the list goes.
+fn retain(table: &mut dyn TableLike, key: &str, keep: &mut dyn FnMut(&dyn TableLike) -> bool) {
+    entries::retain(table, key, keep);
+    if entries::list(table, key).is_empty() {
         table.remove(key);
     }
 }
 
 fn arms(joint: &FlatJoint) -> Array {
-    let arm = |(branch, frame): &(String, [f64; 4])| -> Value {
-        let entries = [("branch", Value::from(branch.as_str())), ("orientation", list(frame))];
-        Value::InlineTable(entries.into_iter().collect::<InlineTable>())
+    let arm = |(branch, frame): &(String, [f64; 4])| {
+        Value::InlineTable(inline([("branch", branch.as_str().into()), ("orientation", list(frame))]))
     };
-    let mut arms: Array = joint.arms.iter().map(arm).collect();
-    for value in arms.iter_mut() {
-        value.decor_mut().set_prefix("\n  ");
-    }
-    arms.set_trailing_comma(true);
-    arms.set_trailing("\n");
-    arms
+    on_lines(joint.arms.iter().map(arm))
 }
 
 fn support(held: &Held) -> Table {

@@ -191,30 +191,32 @@ pub fn with_json(text: &str, key: &str, value: &serde_json::Value, registry: &Re
     put(text, key, &value, registry)
 }
 
+/// The text as JSON, with every value as it is written.
+///
+/// # Errors
+/// If the text is not TOML.
+pub fn as_json(text: &str) -> Result<serde_json::Value, Fault> {
+    // Its errors have places.
+    document(text)?;
+    toml::from_str(text).map_err(|error| Fault {
+        span: text.len()..text.len(),
+        message: format!("this is not TOML: {}", error.message()),
+        help: "see https://toml.io".to_owned(),
+    })
+}
+
 /// The value of a key in the text, as JSON; `key` as in [`crate::settings`], without `*`. Files that the text includes
 /// are not searched.
 ///
 /// # Errors
 /// If the text is not TOML, or there is no such key; the place is that in the text, or its end.
 pub fn value_at(text: &str, key: &str) -> Result<serde_json::Value, Fault> {
-    // Its errors have places.
-    document(text)?;
     let end = text.len()..text.len();
-    let mut value: serde_json::Value = toml::from_str(text).map_err(|error| Fault {
-        span: end.clone(),
-        message: format!("this is not TOML: {}", error.message()),
-        help: "see https://toml.io".to_owned(),
-    })?;
+    let mut value = as_json(text)?;
     for part in key_path::parts(key, 0).map_err(|fault| Fault { span: end.clone(), ..fault })? {
         let found = match &mut value {
             serde_json::Value::Object(table) => table.get_mut(&part.name),
-            serde_json::Value::Array(list) => {
-                let name = |entry: &serde_json::Value| {
-                    NAMES.iter().find_map(|key| Some(entry.get(*key)?.as_str()?.to_owned()))
-                };
-                let names: Vec<Option<String>> = list.iter().map(name).collect();
-                entry_of(&names, &part.name).and_then(|k| list.get_mut(k))
-            }
+            serde_json::Value::Array(list) => index_of(list, &part.name).and_then(|k| list.get_mut(k)),
             _ => None,
         };
         value = found.ok_or_else(|| unknown(key, &part, end.clone()))?.take();
@@ -304,7 +306,7 @@ fn write_way(way: &Way, step: &mut Table) {
     if way.places.iter().all(|place| place.turn.is_none()) {
         own["constraint"] = toml_edit::value(way.constraint.as_str());
         if !before.is_empty() {
-            own["via"] = toml_edit::value(lines(before.iter().map(|place| list(&place.position))));
+            own["via"] = toml_edit::value(on_lines(before.iter().map(|place| list(&place.position))));
         }
         own["position"] = toml_edit::value(list(&last.position));
         push(step, &MOVE, own);
@@ -321,7 +323,7 @@ fn write_way(way: &Way, step: &mut Table) {
         };
         Value::InlineTable(frame)
     };
-    own["keyframes"] = toml_edit::value(lines(way.places.iter().enumerate().map(keyframe)));
+    own["keyframes"] = toml_edit::value(on_lines(way.places.iter().enumerate().map(keyframe)));
     push(step, &CARRY, own);
 }
 
@@ -342,7 +344,7 @@ pub(super) fn number(x: f64) -> Value {
 }
 
 /// A list with one line for every entry.
-fn lines(values: impl Iterator<Item = Value>) -> Array {
+pub(super) fn on_lines(values: impl Iterator<Item = Value>) -> Array {
     let mut array: Array = values.collect();
     for value in array.iter_mut() {
         value.decor_mut().set_prefix("\n  ");
@@ -491,6 +493,12 @@ pub(super) fn name_of(table: &dyn toml_edit::TableLike) -> Option<String> {
 pub(super) fn entry_of(names: &[Option<String>], name: &str) -> Option<usize> {
     let named = names.iter().position(|own| own.as_deref() == Some(name));
     named.or_else(|| name.parse().ok().filter(|k| *k < names.len()))
+}
+
+/// The same of a list of JSON.
+pub(super) fn index_of(list: &[serde_json::Value], name: &str) -> Option<usize> {
+    let of = |entry: &serde_json::Value| NAMES.iter().find_map(|key| Some(entry.get(*key)?.as_str()?.to_owned()));
+    entry_of(&list.iter().map(of).collect::<Vec<_>>(), name)
 }
 
 #[cfg(test)]

@@ -5,9 +5,11 @@
 
 mod branches;
 mod delete;
-mod entries;
+pub(super) mod entries;
+mod lengths;
 mod part;
 mod rename;
+mod split;
 #[cfg(test)]
 mod tests;
 
@@ -16,12 +18,13 @@ use super::record::{Attachment, document, inline, of_json};
 use crate::fault::Fault;
 use crate::format::form::{Form, Keys};
 use crate::format::keys;
-use branches::{add_arm, end_becomes_joint, spacing, split};
-use delete::{forget_constraint, of_steps, remove_branch, requirements, wait_in_empty_steps};
+use branches::{add_arm, end_becomes_joint, spacing};
+use delete::{forget_connectors, forget_constraint, of_steps, remove_branch, requirements, wait_in_empty_steps};
 use entries::{append, drop_empty_lists, is, names, refused, remove_in, retain, unknown, unused, vertices};
 use part::BEGINNINGS;
 pub use part::Part;
 use rename::rename;
+use split::split;
 use std::collections::BTreeSet;
 use toml_edit::{InlineTable, Item, Value};
 
@@ -30,24 +33,14 @@ use toml_edit::{InlineTable, Item, Value};
 pub struct NewBranch {
     /// Its name.
     pub name: String,
-    /// Where it begins: at a joint, a free end, or a point of a branch, which is split there; `None`: at a new vertex.
-    pub from: Option<Attachment>,
+    /// Where it begins: at a joint, a free end, or a point of a branch, which is split there.
+    pub from: Attachment,
     /// The vertex where it ends; new.
     pub to: String,
     /// Its section.
     pub section: String,
     /// Its length as the file shall have it.
     pub length: serde_json::Value,
-}
-
-/// The text as JSON, with every value as it is written.
-///
-/// # Errors
-/// If the text is not TOML.
-pub fn as_json(text: &str) -> Result<serde_json::Value, Fault> {
-    // Its errors have places.
-    document(text)?;
-    toml::from_str(text).map_err(|error| refused(text, format!("this is not TOML: {}", error.message()), ""))
 }
 
 /// The text without a key, or without an entry of a list; `key` as in [`crate::settings`], without `*`.
@@ -125,8 +118,10 @@ pub fn without_part(text: &str, part: Part, name: &str) -> Result<String, Fault>
     }
     let constraints = names(&document, Part::Constraint);
     let mut emptied = BTreeSet::new();
+    // Constraints and components.
+    let mut gone = BTreeSet::new();
     match part {
-        Part::Branch => remove_branch(&mut document, name, &mut emptied),
+        Part::Branch => gone = remove_branch(&mut document, name, &mut emptied),
         Part::Section => {
             if let Some(sections) = document.get_mut("sections").and_then(Item::as_table_like_mut) {
                 sections.remove(name);
@@ -149,19 +144,24 @@ pub fn without_part(text: &str, part: Part, name: &str) -> Result<String, Fault>
         }
         Part::Step => retain(document.as_table_mut(), "steps", &mut |entry| !is(entry, "name", name)),
     }
-    let gone: Vec<String> = constraints.difference(&names(&document, Part::Constraint)).cloned().collect();
-    gone.iter().for_each(|name| forget_constraint(&mut document, name, &mut emptied));
+    for name in constraints.difference(&names(&document, Part::Constraint)) {
+        forget_constraint(&mut document, name, &mut emptied);
+        gone.insert(name.clone());
+    }
+    forget_connectors(&mut document, gone);
     wait_in_empty_steps(&mut document, &emptied);
     drop_empty_lists(&mut document);
     Ok(document.to_string())
 }
 
-/// The text with a branch split at an arc length (m) into two that meet in a joint: the first part keeps its name. What
-/// attaches beyond the joint follows the second part.
+/// The text with a branch split at an arc length (m) into two that meet in a joint: the first part keeps its name and
+/// its part number. What attaches beyond the joint follows the second part; requirements and components on both parts
+/// become two.
 ///
 /// # Errors
 /// If the text is not TOML, there is no such branch, the arc length is not inside it, a name is taken, or something
-/// lies across the joint.
+/// would mean something else with two branches: a span across the joint, a requirement on the branch as a whole, a key
+/// that a sweep or an optimisation varies.
 pub fn with_split(text: &str, branch: &str, s: f64, second: &str, joint: &str) -> Result<String, Fault> {
     let mut document = document(text)?;
     split(text, &mut document, branch, s, second, joint)?;
@@ -185,16 +185,15 @@ pub fn with_branch(text: &str, new: &NewBranch) -> Result<String, Fault> {
         return Err(refused(text, format!("{length} is no length"), "give a number of metres, or such as \"200 mm\""));
     };
     let first = match from {
-        None => unused(&vertices(&document), &format!("{name} start")),
-        Some(Attachment::Joint(joint)) => {
+        Attachment::Joint(joint) => {
             add_arm(text, &mut document, joint, name)?;
             joint.clone()
         }
-        Some(Attachment::End(end)) => {
+        Attachment::End(end) => {
             end_becomes_joint(text, &mut document, end, name)?;
             end.clone()
         }
-        Some(Attachment::Branch(branch, s)) => {
+        Attachment::Branch(branch, s) => {
             let second = unused(&names(&document, Part::Branch), &format!("{branch} 2"));
             let joint = unused(&vertices(&document), &format!("{branch} joint"));
             split(text, &mut document, branch, *s, &second, &joint)?;

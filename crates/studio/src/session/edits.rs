@@ -1,125 +1,22 @@
-//! Changes of the scenario's text: by commands, by a text that replaces it, by its file. Each is one operation of undo.
+//! Changes of the scenario's text: by commands, by a text that replaces it. Each is one operation of undo.
 //! What the change leaves as it was stays computed: the steps before the first one that differs.
 
 use super::Session;
-use super::harness::tightens_in_first_step;
+use super::known::{MAX_TEXT, SessionFiles, text_faults, too_large};
 use super::mesh::Mesh;
 use super::snapshot::{Snapshot, StepEnd, StepFrames};
-use crate::protocol::{Document, Edit, List, Notice, PartKind, Start, TextFault};
+use crate::protocol::{Document, Edit, List, Notice, PartKind, Start};
 use serde_json::Value as Json;
 use std::cell::RefCell;
 use std::rc::Rc;
-use wireloom::Registry;
-use wireloom::scenario::record::{Attachment, Written, with_json, with_steps};
+use std::sync::Arc;
+use wireloom::scenario::record::{Attachment, as_json, with_json};
 use wireloom::scenario::structure::{self, NewBranch, Part};
-use wireloom::scenario::{Fault, Files, Places, shipped_fixings};
-use wireloom::session::{DrivenHarness, Monitor, Refusal};
+use wireloom::scenario::{Fault, shipped_fixings};
+use wireloom::session::{DrivenHarness, Refusal};
 
-/// Largest text that is taken, bytes: a harness of some thousand branches.
-pub(crate) const MAX_TEXT: usize = 4 << 20;
 /// Keys at the top level that no equilibrium before a changed step depends on.
 const WITHOUT_EFFECT: [&str; 4] = ["steps", "name", "sweep", "optimise"];
-
-/// Files and kinds that texts of a session may name: what is needed to check a text.
-pub struct Known {
-    /// Provides the files that the scenario names.
-    pub files: Box<dyn Files + Send + Sync>,
-    /// Kinds that the scenario can use.
-    pub registry: Registry,
-}
-
-impl Known {
-    /// The harness of a text, and the text with the step that its first equilibrium needs.
-    pub(super) fn load(&self, text: &str, monitor: &Monitor) -> Result<(String, DrivenHarness), Vec<Fault>> {
-        let load = |text: &str| DrivenHarness::load(text, &*self.files, &self.registry, monitor);
-        let harness = load(text)?;
-        if !harness.schedule.steps.is_empty() || !tightens_in_first_step(&harness.network) {
-            return Ok((text.to_owned(), harness));
-        }
-        // The first equilibrium of `run` then differs from the start.
-        let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
-        let text = with_steps(text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
-        let harness = load(&text)?;
-        Ok((text, harness))
-    }
-
-    /// The faults of a text; none if it is valid.
-    pub fn check(&self, text: &str) -> Vec<Fault> {
-        if text.len() > MAX_TEXT {
-            return vec![too_large(text)];
-        }
-        wireloom::load_with_files(text, &*self.files, &self.registry).err().unwrap_or_default()
-    }
-}
-
-/// Writes the scenario of a session into its file.
-pub trait Storage: Send {
-    /// Writes a text into the scenario's file, or into another one of its folder, which then is its file. `replace`:
-    /// whether to replace what another program has written there. Returns the file's name.
-    ///
-    /// # Errors
-    /// Why the text was not written.
-    fn store(&mut self, text: &str, name: Option<&str>, replace: bool) -> Result<String, StoreError>;
-
-    /// The text of the file.
-    ///
-    /// # Errors
-    /// Why it cannot be read.
-    fn reload(&mut self) -> Result<String, Refusal>;
-}
-
-/// Why a text was not written into a file.
-#[derive(Clone, Debug, PartialEq)]
-pub enum StoreError {
-    /// Another program has changed the scenario's file since it was read or written.
-    Changed {
-        /// Name of the file.
-        name: String,
-    },
-    /// There is another file of the name that is wanted.
-    Exists {
-        /// Name of the file.
-        name: String,
-    },
-    /// The name is no name of a file, or the system refuses.
-    Refused(Refusal),
-}
-
-/// The place of a fault as pages count it.
-pub(crate) fn text_faults(text: &str, faults: &[Fault]) -> Vec<TextFault> {
-    let places = Places::of(text);
-    let units = |at: usize| {
-        let before = &text[..text.floor_char_boundary(at.min(text.len()))];
-        number(before.encode_utf16().count())
-    };
-    let fault = |fault: &Fault| {
-        let (line, column) = places.position(fault.span.start);
-        TextFault {
-            from: units(fault.span.start),
-            to: units(fault.span.end.max(fault.span.start)),
-            line: number(line),
-            column: number(column),
-            message: fault.message.clone(),
-            help: fault.help.clone(),
-        }
-    };
-    faults.iter().take(MAX_FAULTS).map(fault).collect()
-}
-
-/// Largest number of faults that are sent to a page.
-const MAX_FAULTS: usize = 100;
-
-fn number(n: usize) -> u32 {
-    crate::frame::number(n)
-}
-
-fn too_large(text: &str) -> Fault {
-    Fault {
-        span: 0..0,
-        message: format!("the text has {} bytes", text.len()),
-        help: format!("edit a scenario of more than {MAX_TEXT} bytes in an editor, and load it anew"),
-    }
-}
 
 impl Session {
     /// The text for pages, if it has changed since the last call.
@@ -132,7 +29,7 @@ impl Session {
         Some(self.document())
     }
 
-    fn document(&self) -> Document {
+    pub(super) fn document(&self) -> Document {
         let (version, text) = &self.document;
         let own = self.known.registry.constraints().map(|own| (own.name.clone(), own.doc.clone()));
         let shipped = shipped_fixings(&self.known.registry);
@@ -141,7 +38,7 @@ impl Session {
             name: self.name.clone(),
             can_store: self.storage.is_some(),
             text: text.clone(),
-            entries: structure::as_json(text).unwrap_or(Json::Null),
+            entries: as_json(text).unwrap_or(Json::Null),
             constraint_kinds: own.chain(shipped).collect(),
             quantities: structure::required_quantities().iter().map(|word| (*word).to_owned()).collect(),
         }
@@ -160,49 +57,15 @@ impl Session {
         if text == self.document.1 {
             return Ok(());
         }
-        let made = self.become_text("edit the text".to_owned(), text);
+        let made = self.become_text("edit the text".to_owned(), text, &self.now.files.clone());
         made.map_err(|faults| self.refuse_text(tab, text, &faults))
     }
 
     /// Sends the faults of a text to the tab that gave it; returns them in a sentence.
-    fn refuse_text(&mut self, tab: u32, text: &str, faults: &[Fault]) -> Refusal {
+    pub(super) fn refuse_text(&mut self, tab: u32, text: &str, faults: &[Fault]) -> Refusal {
         let found = text_faults(text, faults);
         self.changes.said.push((Some(tab), Notice::Checked { number: None, faults: found }));
         told(text, faults)
-    }
-
-    /// Reads the file anew.
-    pub(super) fn reload(&mut self, tab: u32) -> Result<(), Refusal> {
-        self.end_drag();
-        let storage = self.storage.as_mut().ok_or_else(no_file)?;
-        let text = storage.reload()?;
-        if self.text()? != text {
-            let label = format!("load {} anew", self.name);
-            self.become_text(label, &text).map_err(|faults| self.refuse_text(tab, &text, &faults))?;
-        }
-        (self.unsaved, self.changes.edited) = (false, true);
-        Ok(())
-    }
-
-    /// Writes the text into its file.
-    pub(super) fn store(&mut self, tab: u32, name: Option<&str>, replace: bool) -> Result<(), Refusal> {
-        let text = self.text()?;
-        let storage = self.storage.as_mut().ok_or_else(no_file)?;
-        let notice = match storage.store(&text, name, replace) {
-            Ok(name) => {
-                (self.unsaved, self.changes.edited) = (false, true);
-                if self.name != name {
-                    self.name.clone_from(&name);
-                    self.changes.document = Some(self.document());
-                }
-                Notice::Stored { name }
-            }
-            Err(StoreError::Changed { name }) => Notice::Conflict { name, own: true },
-            Err(StoreError::Exists { name }) => Notice::Conflict { name, own: false },
-            Err(StoreError::Refused(refusal)) => return Err(refusal),
-        };
-        self.changes.said.push((Some(tab), notice));
-        Ok(())
     }
 
     /// Changes the text by a command.
@@ -213,7 +76,7 @@ impl Session {
         if text == before {
             return Ok(());
         }
-        self.become_text(label, &text).map_err(|faults| told(&text, &faults))
+        self.become_text(label, &text, &self.now.files.clone()).map_err(|faults| told(&text, &faults))
     }
 
     fn edited(&self, text: &str, edit: &Edit) -> Result<(String, String), Refusal> {
@@ -240,11 +103,11 @@ impl Session {
                 (format!("split branch {branch}"), structure::with_split(text, branch, *s, &second, &joint)?)
             }
             Edit::Branch { name, from, section, length } => {
-                let from = from.as_ref().map(|from| match from {
+                let from = match from {
                     Start::Joint(joint) => Attachment::Joint(joint.clone()),
                     Start::End(end) => Attachment::End(end.clone()),
                     Start::Point { branch, s } => Attachment::Branch(branch.clone(), *s),
-                });
+                };
                 let to = structure::unused_name(text, Part::Vertex, &format!("{name} end"))?;
                 let (name, section, length) = (name.clone(), section.clone(), length.clone());
                 let new = NewBranch { name, from, to, section, length };
@@ -254,15 +117,23 @@ impl Session {
     }
 
     /// Carries out another text, from the first step that differs if nothing before it does, else from the start.
-    fn become_text(&mut self, label: String, text: &str) -> Result<(), Vec<Fault>> {
+    pub(super) fn become_text(
+        &mut self,
+        label: String,
+        text: &str,
+        files: &Arc<dyn SessionFiles>,
+    ) -> Result<(), Vec<Fault>> {
         if text.len() > MAX_TEXT {
             return Err(vec![too_large(text)]);
         }
-        let (text, harness) = self.known.load(text, &self.monitor)?;
+        let (text, harness) = self.known.load(text, &**files, &self.monitor)?;
         let harness = Rc::new(harness);
         let own = harness.schedule.steps.len();
-        let mut next = Snapshot::new(text.as_str().into(), own, Vec::new(), harness.clone(), self.now.run + 1);
-        if let Some(kept) = self.kept(&text, &harness) {
+        let run = self.now.run + 1;
+        let mut next = Snapshot::new(files.clone(), text.as_str().into(), own, Vec::new(), harness.clone(), run);
+        // With files that were read anew nothing computed is certain to be the same.
+        let same_files = Arc::ptr_eq(files, &self.now.files);
+        if let Some(kept) = self.kept(&text, &harness).filter(|_| same_files) {
             next.run = self.now.run;
             next.pending = kept.steps.len() <= own;
             let Kept { steps, end, places } = kept;
@@ -280,7 +151,7 @@ impl Session {
         if !matches!((&now.mesh, Mesh::of(harness)), (Mesh::Given, Mesh::Given)) {
             return None;
         }
-        let [before, after] = [structure::as_json(&now.whole_text().ok()?).ok()?, structure::as_json(text).ok()?];
+        let [before, after] = [as_json(&now.whole_text().ok()?).ok()?, as_json(text).ok()?];
         let same = |key: &String| WITHOUT_EFFECT.contains(&key.as_str()) || before.get(key) == after.get(key);
         if !before.as_object()?.keys().chain(after.as_object()?.keys()).all(same) {
             return None;
@@ -322,20 +193,12 @@ fn told(text: &str, faults: &[Fault]) -> Refusal {
     Refusal::new(format!("line {line}, column {column}: {}{more}", first.message), first.help.clone())
 }
 
-fn no_file() -> Refusal {
-    Refusal::new("this session has no file", "download a copy of the scenario instead")
-}
-
 fn kind(part: PartKind) -> Part {
     match part {
         PartKind::Branch => Part::Branch,
-        PartKind::Vertex => Part::Vertex,
-        PartKind::Section => Part::Section,
         PartKind::Constraint => Part::Constraint,
         PartKind::Obstacle => Part::Obstacle,
         PartKind::Requirement => Part::Requirement,
-        PartKind::Load => Part::Load,
-        PartKind::Step => Part::Step,
     }
 }
 
@@ -345,8 +208,6 @@ fn named(list: List) -> (&'static str, &'static str) {
         List::Constraints => ("constraints", "constraint"),
         List::Obstacles => ("obstacles", "obstacle"),
         List::Requirements => ("requirements", "requirement"),
-        List::Loads => ("loads", "load"),
-        List::Markers => ("markers", "marker"),
     }
 }
 
@@ -360,3 +221,5 @@ fn described(key: &str) -> String {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(super) use tests::Memory;

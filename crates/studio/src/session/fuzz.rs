@@ -1,6 +1,7 @@
 //! Fuzzing of requests: none makes a session panic or busy for long. `WIRELOOM_FUZZ` sets the number of inputs; each is
 //! a list of messages from the opening of a session on, one per line.
 
+use super::edits::Memory;
 use super::*;
 use std::time::Duration;
 use wireloom::scenario::NoFiles;
@@ -44,7 +45,7 @@ position = [0, 0, 0.1]
 "#;
 
 /// Possible messages: every request, some in a useful order.
-const MESSAGES: [&str; 4] = [
+const MESSAGES: [&str; 5] = [
     r#"{"do":"hold","branch":"b","s":0.2,"how":"handle"}
 {"do":"target","constraint":"hand","position":[0.1,0.05,-0.1],"orientation":[1,0,0,0]}
 {"do":"target","constraint":"hand","position":null,"orientation":null}
@@ -77,9 +78,17 @@ const MESSAGES: [&str; 4] = [
 {"do":"edit","edit":{"is":"remove","key":"steps.lift.move.plug"}}
 {"do":"apply","text":"schema = 1","base":1}
 "#,
+    r#"{"do":"store","name":"z.toml","replace":false}
+{"do":"set","key":"branches.b.segments","value":8}
+{"do":"store","name":null,"replace":true}
+{"do":"reload"}
+{"do":"undo"}
+{"do":"check","text":"schema = 1\n[sections.s]\ndiameter = \"8 mm\"\n","number":1}
+{"do":"check","text":"\ud83e\uddf5 = [","number":2}
+"#,
 ];
 
-const WORDS: [&str; 22] = [
+const WORDS: [&str; 24] = [
     "\"handle\"",
     "\"pin\"",
     "\"collar\"",
@@ -90,6 +99,8 @@ const WORDS: [&str; 22] = [
     "{\"do\":\"redo\"}\n",
     "{\"do\":\"stop\"}\n",
     "{\"do\":\"save\"}\n",
+    "{\"do\":\"reload\"}\n",
+    "{\"do\":\"store\",\"name\":null,\"replace\":false}\n",
     "{\"do\":\"go\",\"frame\":0}\n",
     "\"branches.b.rod\"",
     "\"sections.s.diameter\"",
@@ -113,10 +124,10 @@ fn messages_never_make_a_session_panic() {
         let opened = SessionInput {
             text: CABLE.to_owned(),
             name: "cable.toml".into(),
-            files: Box::new(NoFiles),
+            files: Arc::new(NoFiles),
             registry: wireloom::registry(),
             unsaved: false,
-            storage: None,
+            storage: Some(Box::new(Memory::of(CABLE))),
         };
         let mut session = Session::open(opened, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"));
         let mut taken = false;
@@ -124,6 +135,10 @@ fn messages_never_make_a_session_panic() {
             let Ok(request) = serde_json::from_str::<Request>(line) else { continue };
             while session.has_work() && session.now.harness.network.points <= NODES {
                 session.work();
+            }
+            if let Request::Check { text, .. } = &request {
+                // The server answers these, on other threads.
+                text_faults(text, &session.known().check(text));
             }
             session.handle(1, request);
             let Changes { said, .. } = session.take_changes();

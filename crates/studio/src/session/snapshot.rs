@@ -1,5 +1,6 @@
 //! Snapshots of a session for undo: text, steps, frames and checkpoints.
 
+use super::known::SessionFiles;
 use super::mesh::Mesh;
 use crate::frame::number;
 use crate::protocol::{Event, Timeline, TimelineStep};
@@ -69,6 +70,8 @@ impl StepFrames {
 /// A state of the session.
 #[derive(Clone)]
 pub(super) struct Snapshot {
+    /// The files that the text names.
+    pub files: Arc<dyn SessionFiles>,
     /// The author's text, with changed settings.
     pub text: Rc<str>,
     /// Number of steps of that text that are in use.
@@ -94,14 +97,35 @@ pub(super) struct Snapshot {
 
 impl Snapshot {
     /// A snapshot without any computed step.
-    pub fn new(text: Rc<str>, own: usize, by_hand: Vec<Rc<Written>>, harness: Rc<DrivenHarness>, run: u32) -> Self {
+    pub fn new(
+        files: Arc<dyn SessionFiles>,
+        text: Rc<str>,
+        own: usize,
+        by_hand: Vec<Rc<Written>>,
+        harness: Rc<DrivenHarness>,
+        run: u32,
+    ) -> Self {
         let (mesh, steps, places, sheet) = (Mesh::of(&harness), Vec::new(), Vec::new(), Arc::default());
-        Self { text, own, by_hand, harness, mesh, steps, at: None, last: None, sheet, pending: true, run, places }
+        Self {
+            files,
+            text,
+            own,
+            by_hand,
+            harness,
+            mesh,
+            steps,
+            at: None,
+            last: None,
+            sheet,
+            pending: true,
+            run,
+            places,
+        }
     }
 
     /// This snapshot without any computed step, with another harness on the same mesh.
     pub fn restarted(self, harness: Rc<DrivenHarness>) -> Self {
-        Self { mesh: self.mesh, ..Self::new(self.text, self.own, self.by_hand, harness, self.run + 1) }
+        Self { mesh: self.mesh, ..Self::new(self.files, self.text, self.own, self.by_hand, harness, self.run + 1) }
     }
 
     /// Stops computing: the steps that are left are not computed.

@@ -1,5 +1,6 @@
 //! Sessions on a small Y: interactive operations, the recorded text, and that `run` reproduces it.
 
+use super::edits::Memory;
 use super::*;
 use crate::frame;
 use crate::protocol::Holding;
@@ -107,13 +108,17 @@ pub(super) fn session(text: &str) -> Session {
 
 /// A session that has computed nothing.
 pub(super) fn opened(text: &str) -> Session {
+    opened_in(text, None)
+}
+
+fn opened_in(text: &str, storage: Option<Box<dyn Storage>>) -> Session {
     let input = SessionInput {
         text: text.to_owned(),
         name: "y.toml".into(),
-        files: Box::new(NoFiles),
+        files: Arc::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
-        storage: None,
+        storage,
     };
     Session::open(input, Monitor::default()).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
@@ -512,7 +517,7 @@ fn increments_without_equilibrium_are_shown_but_not_recorded() {
     let input = SessionInput {
         text: format!("{Y}{STEPS}\n[minimiser]\nkind = \"lazy\"\n"),
         name: "y.toml".into(),
-        files: Box::new(NoFiles),
+        files: Arc::new(NoFiles),
         registry: with_lazy(&rests),
         unsaved: false,
         storage: None,
@@ -565,7 +570,7 @@ fn a_stopped_run_continues_interactively() {
     let input = SessionInput {
         text: format!("{Y}{STEPS}"),
         name: "y.toml".into(),
-        files: Box::new(NoFiles),
+        files: Arc::new(NoFiles),
         registry: wireloom::registry(),
         unsaved: false,
         storage: None,
@@ -623,7 +628,9 @@ fn memory_is_bounded() {
 #[test]
 fn any_sequence_of_requests_keeps_the_session_alive() {
     let mut random = fastrand::Rng::with_seed(8);
-    let mut session = session(&format!("{Y}{STEPS}"));
+    let given = format!("{Y}{STEPS}");
+    let mut session = opened_in(&given, Some(Box::new(Memory::of(&given))));
+    work(&mut session);
     let names = ["plug-A", "plug-B", "clip", "handle 1", "handle 2", "pin 1", "clip 1", "nobody", ""];
     let numbers = [f64::NAN, f64::NEG_INFINITY, 1e308, -1e-300, 0.0, 1.0];
     for _ in 0..300 {
@@ -632,7 +639,7 @@ fn any_sequence_of_requests_keeps_the_session_alive() {
             _ => random.f64() - 0.3,
         };
         let constraint = names[random.usize(..names.len())].to_owned();
-        let request = match random.u32(..20) {
+        let request = match random.u32(..22) {
             0 | 1 => Request::Hold {
                 branch: ["trunk", "left", "right", "x"][random.usize(..4)].into(),
                 s: number(&mut random),
@@ -651,6 +658,11 @@ fn any_sequence_of_requests_keeps_the_session_alive() {
             16 => Request::Go { frame: random.u32(..60) },
             17 => Request::Stop,
             18 => Request::Save,
+            19 => {
+                let name = ["y.toml", "z.toml", "../z.toml", ""][random.usize(..4)].to_owned();
+                Request::Store { name: random.bool().then_some(name), replace: random.bool() }
+            }
+            20 => Request::Reload,
             _ => {
                 let settings = session.scene().settings;
                 let key = settings[random.usize(..settings.len())].key.clone();

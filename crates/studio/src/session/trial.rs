@@ -49,8 +49,8 @@ impl Session {
             let mesh = settled(&adaptation, &harness);
             (harness, mesh)
         };
-        let Snapshot { text, own, by_hand, run, .. } = self.now.clone();
-        let mut anew = Snapshot::new(text, own, by_hand, Rc::new(harness), run + 1);
+        let Snapshot { files, text, own, by_hand, run, .. } = self.now.clone();
+        let mut anew = Snapshot::new(files, text, own, by_hand, Rc::new(harness), run + 1);
         anew.mesh = mesh;
         let unsaved = self.unsaved;
         self.switch_to(anew);

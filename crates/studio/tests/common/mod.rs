@@ -48,7 +48,7 @@ up = [0, 0, 1]
 pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
     let (text, name) = (text.to_owned(), "cable.toml".to_owned());
     let opened =
-        SessionInput { text, name, files: Box::new(NoFiles), registry: wireloom::registry(), unsaved, storage: None };
+        SessionInput { text, name, files: Arc::new(NoFiles), registry: wireloom::registry(), unsaved, storage: None };
     open(opened).map_err(|faults| faults[0].message.clone())
 }
 

@@ -2,7 +2,7 @@
 // a number in SI units, or one with a unit such as 620 mm.
 import * as THREE from "three";
 import { element } from "./dom";
-import { along, Column } from "./frame";
+import { along, branchOf, Column } from "./frame";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
 import { FLOATS, type Document, type Edit, type PartKind } from "./protocol";
@@ -168,7 +168,7 @@ export class Build {
     if (!scene || !chosen) {
       this.part.replaceChildren(element("p", { class: "quiet" }, "Choose a point of a cable or a constraint to change it here."));
     } else if (chosen.is === "constraint") this.showConstraint(chosen.name);
-    else if (scene.branches[chosen.branch]) this.showBranch(scene.branches[chosen.branch].name, chosen.branch, chosen.s);
+    else if (branchOf(scene, chosen.branch) >= 0) this.showBranch(chosen.branch, branchOf(scene, chosen.branch), chosen.s);
   }
 
   private showBranch(name: string, index: number, s: number): void {
@@ -347,7 +347,7 @@ export class Build {
   private chosenPart(): Entry | null {
     const { chosen } = this.hands;
     if (chosen?.is === "constraint") return { constraint: chosen.name };
-    return chosen ? { branch: this.store.scene!.branches[chosen.branch].name } : null;
+    return chosen ? { branch: chosen.branch } : null;
   }
 
   private fill(details: HTMLDetailsElement, id: string, title: string, items: HTMLElement[], add: HTMLElement[]): void {

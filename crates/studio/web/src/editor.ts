@@ -16,8 +16,12 @@ import type { Store } from "./store";
 
 /** Between the last key and the check, ms. */
 const PAUSE = 250;
-/** Largest text that is sent: the limit of the server, in characters of at most three bytes. */
+/** Largest text that is sent, in bytes as the server counts them: its own limit. */
 export const MOST = 4 * 1024 * 1024;
+
+const encoder = new TextEncoder();
+/** Whether a text may be sent. */
+const fits = (text: string) => text.length <= MOST && encoder.encode(text).length <= MOST;
 
 /** Marks changes that come from the session. */
 const remote = Annotation.define<boolean>();
@@ -260,7 +264,7 @@ export class TextPane {
   send(): void {
     if (!this.base || !this.dirty || this.theirs) return;
     const { text } = this;
-    if (text.length > MOST) return this.showFaults([{ from: 0, to: 0, line: 1, column: 1, message: `the text has ${text.length} characters`, help: `at most ${MOST} can be applied here` }]);
+    if (!fits(text)) return this.showFaults([{ from: 0, to: 0, line: 1, column: 1, message: `the text has ${encoder.encode(text).length} bytes`, help: `at most ${MOST} can be applied here` }]);
     this.sent = text;
     this.link.send({ do: "apply", text, base: this.base.version });
   }
@@ -268,7 +272,7 @@ export class TextPane {
   private checkLater(): void {
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
-      if (this.dirty && this.text.length <= MOST) this.link.send({ do: "check", text: this.text, number: ++this.number });
+      if (this.dirty && fits(this.text)) this.link.send({ do: "check", text: this.text, number: ++this.number });
       else this.showFaults([]);
     }, PAUSE);
   }

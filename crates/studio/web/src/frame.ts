@@ -22,6 +22,11 @@ export function decode(buffer: ArrayBuffer): Frame {
   return { header, nodes: new Float32Array(buffer, 4 + length, rest / 4), bytes: buffer.byteLength };
 }
 
+/** The number of a branch among those of the frames; -1: there is none of this name. */
+export function branchOf(scene: Scene, name: string): number {
+  return scene.branches.findIndex((branch) => branch.name === name);
+}
+
 /** Which nodes belong to which branch: the first of each, and one behind the last of all. */
 export function firstNodes(scene: Scene): number[] {
   const first = [0];

@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 import { place, type Bodies } from "./bodies";
 import { Emitter } from "./emitter";
-import { along, Column, firstNodes } from "./frame";
+import { along, branchOf, Column, firstNodes } from "./frame";
 import type { Link } from "./link";
 import { pickCable, type CablePoint } from "./pick";
 import { FLOATS, type Constraint, type ConstraintFrame, type Holding, type Placed } from "./protocol";
@@ -11,8 +11,8 @@ import type { Store } from "./store";
 import type { View } from "./view";
 
 export type Axis = "x" | "y" | "z";
-/** What is chosen: a constraint, or a point of a branch. */
-export type Chosen = { is: "constraint"; name: string } | { is: "point"; branch: number; s: number } | null;
+/** What is chosen: a constraint, or a point of a branch. Both by name, which edits of other parts leave as it is. */
+export type Chosen = { is: "constraint"; name: string } | { is: "point"; branch: string; s: number } | null;
 
 interface Events {
   chosen: Chosen;
@@ -147,7 +147,7 @@ export class Hands extends Emitter<Events> {
 
   private sceneChanged(): void {
     if (this.chosen?.is === "constraint" && !this.constraint()) this.choose(null);
-    else if (this.chosen?.is === "point" && this.chosen.branch >= (this.store.scene?.branches.length ?? 0)) this.choose(null);
+    else if (this.chosen?.is === "point" && !this.chosenPoint()) this.choose(null);
     else {
       this.bodies.chosen = this.constraintName();
       this.attach();
@@ -251,12 +251,12 @@ export class Hands extends Emitter<Events> {
   private nudged: { constraint: string; at: THREE.Vector3 } | null = null;
 
   /** Asks for a hand, a pin or a clip at a point of a branch. */
-  hold(branch: number, s: number, how: Holding): void {
+  hold(branch: string, s: number, how: Holding): void {
     const scene = this.store.scene;
     if (!scene || !this.live) return;
     this.backToShown();
     this.heldBefore = new Set(scene.constraints.map((constraint) => constraint.name));
-    this.link.send({ do: "hold", branch: scene.branches[branch].name, s, how });
+    this.link.send({ do: "hold", branch, s, how });
   }
 
   release(): void {
@@ -351,7 +351,7 @@ export class Hands extends Emitter<Events> {
     event.stopImmediatePropagation();
     (event.target as Element).setPointerCapture(event.pointerId);
     const from = constraint ? new THREE.Vector3(...this.at(constraint.name)!.at.position) : new THREE.Vector3(...point!.position);
-    this.choose(constraint ? { is: "constraint", name: constraint.name } : { is: "point", branch: point!.branch, s: point!.s });
+    this.choose(constraint ? { is: "constraint", name: constraint.name } : { is: "point", branch: this.store.scene!.branches[point!.branch].name, s: point!.s });
     const movable = this.live && (constraint === null || constraint.moves);
     this.drag = { constraint: constraint?.name ?? null, offset: new THREE.Vector3(), from, target: from.clone(), moved: false, pointer: event.pointerId, x, y };
     this.drag.offset.copy(from).sub(this.onPlane(x, y));
@@ -433,10 +433,11 @@ export class Hands extends Emitter<Events> {
 
   private drawDot(): void {
     const { scene, shown } = this.store;
-    this.dot.visible = this.chosen?.is === "point" && scene !== null && shown !== null;
-    if (this.chosen?.is !== "point" || !scene || !shown) return;
-    this.dot.position.set(...along(shown, scene, this.chosen.branch, this.chosen.s).position);
-    this.dot.scale.setScalar(Math.max(5 * this.view.metresPerPixel(this.dot.position), 0.65 * scene.branches[this.chosen.branch].diameter));
+    const point = this.chosen?.is === "point" ? this.chosenPoint() : null;
+    this.dot.visible = point !== null && shown !== null;
+    if (!point || !scene || !shown) return;
+    this.dot.position.set(...along(shown, scene, point.branch, point.s).position);
+    this.dot.scale.setScalar(Math.max(5 * this.view.metresPerPixel(this.dot.position), 0.65 * scene.branches[point.branch].diameter));
   }
 
   /** A line from where the held point is to where it is wanted, with a cross there. */
@@ -458,12 +459,17 @@ export class Hands extends Emitter<Events> {
     p.needsUpdate = true;
   }
 
-  /** The point that is chosen, in the frame shown: for plots and the marker. */
+  /** The point that is chosen, in the frame shown: for plots and the marker; null: there is no such branch, or it is not as long. */
   chosenPoint(): { branch: number; s: number } | null {
-    if (this.chosen?.is === "point") return this.chosen;
+    const { scene } = this.store;
+    if (!scene) return null;
+    if (this.chosen?.is === "point") {
+      const branch = branchOf(scene, this.chosen.branch);
+      return branch < 0 || this.chosen.s > scene.branches[branch].length ? null : { branch, s: this.chosen.s };
+    }
     const constraint = this.constraint();
-    if (!constraint?.place || !this.store.scene) return null;
-    const branch = this.store.scene.branches.findIndex((each) => each.name === constraint.place![0]);
+    if (!constraint?.place) return null;
+    const branch = branchOf(scene, constraint.place[0]);
     return branch < 0 ? null : { branch, s: this.at(constraint.name)?.slid_to ?? constraint.place[1] };
   }
 
@@ -472,11 +478,11 @@ export class Hands extends Emitter<Events> {
     const { scene, shown } = this.store;
     const point = this.chosenPoint();
     if (!scene || !shown) return;
-    if (!point) return this.choose({ is: "point", branch: 0, s: 0 });
+    if (!point) return this.choose({ is: "point", branch: scene.branches[0].name, s: 0 });
     const branch = scene.branches[point.branch];
     const spacing = branch.length / Math.max(1, branch.nodes - 1);
     const node = Math.min(branch.nodes - 1, Math.max(0, Math.round(point.s / spacing) + by));
-    this.choose({ is: "point", branch: point.branch, s: shown.nodes[(firstNodes(scene)[point.branch] + node) * FLOATS + Column.s] });
+    this.choose({ is: "point", branch: branch.name, s: shown.nodes[(firstNodes(scene)[point.branch] + node) * FLOATS + Column.s] });
   }
 
   /** To the middle of the next branch, or of the one before. */
@@ -484,8 +490,8 @@ export class Hands extends Emitter<Events> {
     const { scene } = this.store;
     if (!scene) return;
     const now = this.chosenPoint()?.branch ?? (by > 0 ? -1 : 0);
-    const branch = (now + by + scene.branches.length) % scene.branches.length;
-    this.choose({ is: "point", branch, s: scene.branches[branch].length / 2 });
+    const branch = scene.branches[(now + by + scene.branches.length) % scene.branches.length];
+    this.choose({ is: "point", branch: branch.name, s: branch.length / 2 });
   }
 }
 

@@ -1,7 +1,7 @@
 // What helps to look at a harness: parts by name, shown and hidden; a cut through everything; measures between chosen places.
 import * as THREE from "three";
 import { element } from "./dom";
-import { along, Column, firstNodes, valueAt, type Frame } from "./frame";
+import { along, branchOf, Column, firstNodes, valueAt, type Frame } from "./frame";
 import type { Hands } from "./hands";
 import { FLOATS, type Scene } from "./protocol";
 import type { Store } from "./store";
@@ -18,7 +18,7 @@ interface Place {
   words: string;
   position: THREE.Vector3;
   /** On which branch, and where (m). */
-  on: { branch: number; s: number } | null;
+  on: { branch: string; s: number } | null;
 }
 
 /** A pattern as requirements have it: `*` stands for any characters, `?` for one; words without these stand for any that have them inside. */
@@ -131,9 +131,9 @@ export class Inspect {
     const { scene, shown } = this.store;
     if (!scene || !shown) return;
     if (kind === "branch") {
-      const branch = scene.branches.findIndex((own) => own.name === name);
+      const branch = branchOf(scene, name);
       const s = scene.branches[branch].length / 2;
-      this.hands.choose({ is: "point", branch, s });
+      this.hands.choose({ is: "point", branch: name, s });
       this.view.visit(new THREE.Vector3(...along(shown, scene, branch, s).position));
     } else if (kind === "constraint") {
       this.hands.choose({ is: "constraint", name });
@@ -198,19 +198,18 @@ export class Inspect {
     if (!scene || !shown || !chosen) return null;
     if (chosen.is === "point") {
       const { branch, s } = chosen;
-      return { words: `${scene.branches[branch].name} at ${millimetres(s)}`, position: new THREE.Vector3(), on: { branch, s } };
+      return { words: `${branch} at ${millimetres(s)}`, position: new THREE.Vector3(), on: { branch, s } };
     }
-    const constraint = this.hands.constraint();
-    const branch = constraint?.place ? scene.branches.findIndex(({ name }) => name === constraint.place![0]) : -1;
-    return { words: chosen.name, position: new THREE.Vector3(), on: branch >= 0 ? { branch, s: constraint!.place![1] } : null };
+    const place = this.hands.constraint()?.place;
+    return { words: chosen.name, position: new THREE.Vector3(), on: place ? { branch: place[0], s: place[1] } : null };
   }
 
   /** Where a place is in the frame shown; null: it is not there. */
   private locate(place: Place, scene: Scene, frame: Frame): THREE.Vector3 | null {
     const at = frame.header.constraints.find(({ name }) => name === place.words);
     if (at) return place.position.set(...at.at.position);
-    if (!place.on || place.on.branch >= scene.branches.length) return null;
-    return place.position.set(...along(frame, scene, place.on.branch, place.on.s).position);
+    const on = pointOf(place, scene);
+    return on ? place.position.set(...along(frame, scene, on.branch, on.s).position) : null;
   }
 
   private showMeasures(): void {
@@ -222,15 +221,15 @@ export class Inspect {
     this.places.forEach((place, k) => facts.push([k === 0 ? "from" : "to", there[k] ? place.words : `${place.words} (not there in this frame)`]));
     const [a, b] = there;
     if (scene && shown && a && b) {
-      const [first, second] = this.places;
+      const [first, second] = this.places.map((place) => pointOf(place, scene));
       const by = b.clone().sub(a);
       facts.push(["distance", millimetres(by.length())], ["along x, y, z", components(by.toArray(), "m", 4)]);
-      if (first.on && second.on) {
-        const angle = tangent(shown, scene, first.on).angleTo(tangent(shown, scene, second.on));
+      if (first && second) {
+        const angle = tangent(shown, scene, first).angleTo(tangent(shown, scene, second));
         facts.push(["angle of the cables", `${digits((angle * 180) / Math.PI, 4)}°`]);
-        if (first.on.branch === second.on.branch) {
-          facts.push(["arc length", millimetres(Math.abs(second.on.s - first.on.s))]);
-          const least = leastClearance(shown, scene, first.on.branch, [first.on.s, second.on.s].sort((x, y) => x - y));
+        if (first.branch === second.branch) {
+          facts.push(["arc length", millimetres(Math.abs(second.s - first.s))]);
+          const least = leastClearance(shown, scene, first.branch, [first.s, second.s].sort((x, y) => x - y));
           if (least) facts.push(["least clearance", `${millimetres(least.value, 3)} at s = ${millimetres(least.s)}`]);
         }
       }
@@ -238,13 +237,20 @@ export class Inspect {
       this.line.visible = true;
     }
     for (const [k, place] of this.places.entries()) {
-      if (!scene || !shown || !place.on || !there[k]) continue;
-      const clearance = valueAt(shown, scene, place.on.branch, place.on.s, Column.clearance);
+      const on = scene && pointOf(place, scene);
+      if (!scene || !shown || !on || !there[k]) continue;
+      const clearance = valueAt(shown, scene, on.branch, on.s, Column.clearance);
       if (!Number.isNaN(clearance)) facts.push([`clearance ${k === 0 ? "from" : "to"}`, millimetres(clearance, 3)]);
     }
     this.result.replaceChildren(...facts.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
     this.view.draw();
   }
+}
+
+/** Where a place is among the branches of a scene; null: it has no such branch, or one that is not as long. */
+function pointOf({ on }: Place, scene: Scene): { branch: number; s: number } | null {
+  const branch = on ? branchOf(scene, on.branch) : -1;
+  return on && branch >= 0 && on.s <= scene.branches[branch].length ? { branch, s: on.s } : null;
 }
 
 /** Direction of a branch, from its start to its end. */

@@ -5,7 +5,7 @@ import { Build } from "./build";
 import { inWords, onScale, QUANTITIES, Ranges, type QuantityName, type Scale } from "./colours";
 import { difference, type Ghost } from "./compare";
 import { byId, download, element, later } from "./dom";
-import { along, decode, firstNodes, valueAt, type Frame } from "./frame";
+import { along, branchOf, decode, firstNodes, valueAt, type Frame } from "./frame";
 import { Drawing } from "./drawing";
 import { MOST, TextPane } from "./editor";
 import { Envelope, type Choice } from "./envelope";
@@ -481,9 +481,9 @@ function arrive(): void {
     heading = null;
     const at = positionOf(place);
     if (at) view.visit(new THREE.Vector3(...at));
-    const branch = scene.branches.findIndex((each) => each.name === place.branch);
+    const branch = scene.branches.find((each) => each.name === place.branch);
     if (place.constraint !== null && hands.at(place.constraint)) hands.choose({ is: "constraint", name: place.constraint });
-    else if (branch >= 0) hands.choose({ is: "point", branch, s: place.s ?? 0.5 * scene.branches[branch].length });
+    else if (branch) hands.choose({ is: "point", branch: branch.name, s: place.s ?? 0.5 * branch.length });
   }
 }
 
@@ -491,7 +491,7 @@ function arrive(): void {
 function positionOf(place: Place): [number, number, number] | null {
   const { scene, shown } = store;
   if (!scene || !shown) return null;
-  const branch = scene.branches.findIndex((each) => each.name === place.branch);
+  const branch = place.branch === null ? -1 : branchOf(scene, place.branch);
   if (branch >= 0) return along(shown, scene, branch, place.s ?? 0.5 * scene.branches[branch].length).position;
   const constraint = shown.header.constraints.find((each) => each.name === place.constraint);
   if (constraint) return constraint.at.position;
@@ -540,7 +540,7 @@ hands.on("chosen", (chosen) => {
   harness.choose(-1);
   panels.showChosen();
   paint();
-  byId("said").textContent = chosen === null ? "Nothing is chosen." : chosen.is === "constraint" ? `${chosen.name} is chosen.` : `${store.scene!.branches[chosen.branch].name} at ${millimetres(chosen.s)} is chosen.`;
+  byId("said").textContent = chosen === null ? "Nothing is chosen." : chosen.is === "constraint" ? `${chosen.name} is chosen.` : `${chosen.branch} at ${millimetres(chosen.s)} is chosen.`;
 });
 
 hands.on("mode", () => {

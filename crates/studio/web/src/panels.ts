@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { inWords, QUANTITIES } from "./colours";
 import type { Difference, Ghost } from "./compare";
 import { element } from "./dom";
-import { along, valueAt, type Frame } from "./frame";
+import { along, branchOf, valueAt, type Frame } from "./frame";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
 import { nodesOf, Plot, PLOTTED } from "./plots";
@@ -82,7 +82,7 @@ export class Panels {
       (quantity) =>
         new Plot(quantity, (s, chosen) => {
           this.pointed = s;
-          if (chosen) this.hands.choose({ is: "point", branch: this.branch, s });
+          if (chosen) this.hands.choose({ is: "point", branch: this.branchList.value, s });
           else this.showPlots();
         }),
     );
@@ -120,8 +120,9 @@ export class Panels {
   // The scene
 
   showScene(scene: Scene): void {
-    this.branchList.replaceChildren(...scene.branches.map((branch) => element("option", {}, branch.name)));
-    this.branch = Math.min(this.branch, Math.max(0, scene.branches.length - 1));
+    const plotted = this.branchList.value;
+    this.branchList.replaceChildren(...scene.branches.map(({ name }) => element("option", { value: name }, name)));
+    this.branch = Math.max(0, branchOf(scene, plotted));
     this.branchList.selectedIndex = this.branch;
     const settings = JSON.stringify(scene.settings);
     if (settings !== this.listed) this.showSettings(scene.settings);
@@ -246,10 +247,10 @@ export class Panels {
 
   private visitPoint(branchName: string, s: number): void {
     const { scene, shown } = this.store;
-    const branch = scene?.branches.findIndex((branch) => branch.name === branchName) ?? -1;
+    const branch = scene ? branchOf(scene, branchName) : -1;
     if (!scene || !shown || branch < 0) return;
     this.wishes.visit(along(shown, scene, branch, s).position);
-    this.hands.choose({ is: "point", branch, s });
+    this.hands.choose({ is: "point", branch: branchName, s });
   }
 
   // What changes with every frame
@@ -317,13 +318,14 @@ export class Panels {
     }
     if (chosen.is === "point") {
       const { branch, s } = chosen;
+      const index = branchOf(scene, branch);
       this.chosen.replaceChildren(
-        element("p", {}, element("strong", {}, scene.branches[branch].name), ` at s = ${millimetres(s)}`),
-        ...identity(scene.branches[branch].identity),
+        element("p", {}, element("strong", {}, branch), ` at s = ${millimetres(s)}`),
+        ...identity(scene.branches[index]?.identity ?? null),
         this.facts,
         ...(live ? [element("div", { class: "buttons" }, button("Hold", "Adds a handle here (H)", () => this.hands.hold(branch, s, "handle")), button("Pin", "Held as it is: position, tangent and twist (P)", () => this.hands.hold(branch, s, "pin")), button("Clip", "A clip closes here: position and tangent (C)", () => this.hands.hold(branch, s, "collar")))] : []),
       );
-      this.lookAt(branch);
+      if (index >= 0) this.lookAt(index);
     } else {
       const constraint = this.hands.constraint()!;
       const parts: (Node | string)[] = [element("p", {}, element("strong", {}, constraint.name), element("span", { class: "quiet" }, ` ${constraint.kind}${constraint.place ? ` on ${constraint.place[0]}` : ""}`)), ...identity(constraint.identity), this.facts];
@@ -392,10 +394,12 @@ export class Panels {
     if (!this.facts || !chosen) return;
     const facts: [string, string][] = [];
     if (chosen.is === "point") {
-      const { position } = along(frame, scene, chosen.branch, chosen.s);
+      const point = this.hands.chosenPoint();
+      if (!point) return;
+      const { position } = along(frame, scene, point.branch, point.s);
       facts.push(["at", components(position, "m", 4)]);
       for (const quantity of QUANTITIES) {
-        facts.push([quantity.name === "bend" ? "bend radius" : quantity.label.toLowerCase(), inWords(quantity, valueAt(frame, scene, chosen.branch, chosen.s, quantity.column))]);
+        facts.push([quantity.name === "bend" ? "bend radius" : quantity.label.toLowerCase(), inWords(quantity, valueAt(frame, scene, point.branch, point.s, quantity.column))]);
       }
     } else {
       const at = this.hands.at(chosen.name);

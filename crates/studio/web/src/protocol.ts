@@ -3,9 +3,9 @@
 
 export type Holding = "handle" | "pin" | "collar";
 
-export type List = "constraints" | "obstacles" | "requirements" | "loads" | "markers";
+export type List = "constraints" | "obstacles" | "requirements";
 
-export type PartKind = "branch" | "vertex" | "section" | "constraint" | "obstacle" | "requirement" | "load" | "step";
+export type PartKind = "branch" | "constraint" | "obstacle" | "requirement";
 
 export type Start = { "joint": string } | { "end": string } | { "point": { 
 /**
@@ -71,9 +71,9 @@ s: number, } | { "is": "branch",
  */
 name: string, 
 /**
- * Where it begins; none: at a new vertex.
+ * Where it begins.
  */
-from: Start | null, 
+from: Start, 
 /**
  * Name of its section.
  */

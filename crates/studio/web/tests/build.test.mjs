@@ -44,8 +44,7 @@ const choosePoint = (page, branch, part) =>
   page.evaluate(
     ([name, part]) => {
       const { store, hands } = window.wireloom;
-      const branch = store.scene.branches.findIndex((each) => each.name === name);
-      hands.choose({ is: "point", branch, s: part * store.scene.branches[branch].length });
+      hands.choose({ is: "point", branch: name, s: part * store.scene.branches.find((each) => each.name === name).length });
     },
     [branch, part],
   );
@@ -282,6 +281,57 @@ test("what was not applied is offered after a reload of the page", { skip: absen
   await page.keyboard.press("t");
   assert.equal(await page.locator("#text-restore").count(), 0, "it was applied");
   assert.deepEqual(found, []);
+  await page.close();
+  assert.equal(await stop(), 0);
+});
+
+test("an edit of another branch leaves the chosen one chosen, and measures where they are", { skip: absent }, async () => {
+  const { address, stop } = await studio(scenario("branches/y_cosserat.toml"));
+  const { page, found } = await open(browser, address);
+  await openBuild(page);
+  const [first, ...others] = await page.evaluate(() => window.wireloom.store.scene.branches.map(({ name }) => name));
+  const last = others.at(-1);
+  const measured = () => page.locator("#measured").evaluate((list) => Object.fromEntries([...list.querySelectorAll("dt")].map((name) => [name.textContent, name.nextElementSibling.textContent])));
+  await page.locator("#stage").focus();
+  await page.keyboard.press("m");
+  await choosePoint(page, last, 0.25);
+  await choosePoint(page, last, 0.75);
+  const before = await measured();
+  assert.ok(before["arc length"] && before.to.startsWith(`${last} at `), JSON.stringify(before));
+  // Another page splits the first branch: the second half comes behind it, and before all others.
+  const chosen = await page.evaluate(() => window.wireloom.hands.chosen);
+  const other = await open(browser, address);
+  await openBuild(other.page);
+  const split = async (branch) => {
+    await choosePoint(other.page, branch, 0.25);
+    await press(other.page, "Split here");
+  };
+  await changing(page, () => split(first));
+  assert.deepEqual(await page.evaluate(() => window.wireloom.hands.chosen), chosen);
+  assert.equal(await page.locator("#build h3").first().innerText(), `Branch ${last}`);
+  const after = await measured();
+  assert.deepEqual([after.from, after.to, after["arc length"]], [before.from, before.to, before["arc length"]]);
+  assert.equal(await page.getByLabel("Branch", { exact: true }).inputValue(), last);
+  // Where there is no such place any more, nothing is chosen.
+  await changing(page, () => split(last));
+  assert.equal(await page.evaluate(() => window.wireloom.hands.chosen), null);
+  assert.match((await measured()).to, /not there in this frame/);
+  assert.deepEqual([...found, ...other.found], []);
+  await other.page.close();
+  await page.close();
+  assert.equal(await stop(), 0);
+});
+
+test("a text is too large by its bytes, not by its characters", { skip: absent }, async () => {
+  const { address, stop } = await studio(scenario("branches/y_cosserat.toml"));
+  const { page, found } = await open(browser, address);
+  await page.locator("#text-on").click();
+  // 3,000,000 characters of two bytes: fewer characters than bytes are allowed.
+  await page.evaluate(() => window.wireloom.text.propose(`# ${"ä".repeat(3_000_000)}`));
+  await page.locator("#text-apply").click();
+  assert.match(await page.locator("#text-faults li").first().innerText(), /the text has 6000002 bytes\s+at most 4194304 can be applied here/);
+  assert.deepEqual(found, []);
+  page.on("dialog", (dialog) => dialog.accept());
   await page.close();
   assert.equal(await stop(), 0);
 });

@@ -6,12 +6,14 @@ use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wireloom::scenario::Files;
+use wireloom_studio::SessionFiles;
 
 /// Files of a session; clones share what is known.
 #[derive(Clone)]
 pub struct Fence {
     beside: Arc<Beside>,
-    folder: PathBuf,
+    /// The scenario's file.
+    path: PathBuf,
     named: Arc<Mutex<Named>>,
 }
 
@@ -26,8 +28,7 @@ struct Named {
 impl Fence {
     /// The files of the scenario at `path`, all of them until the fence is closed.
     pub fn of(path: &Path) -> Self {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Self { beside: Arc::new(Beside::of(path)), folder: folder.to_owned(), named: Arc::default() }
+        Self { beside: Arc::new(Beside::of(path)), path: path.to_owned(), named: Arc::default() }
     }
 
     /// From now on only files that are known, or lie within the folder.
@@ -55,7 +56,8 @@ impl Fence {
     /// Whether a path leads to a file within the folder, links followed, or to none.
     fn is_within(&self, path: &str) -> bool {
         let plain = Path::new(path).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-        let inside = || match (self.folder.join(path).canonicalize(), self.folder.canonicalize()) {
+        let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let inside = || match (folder.join(path).canonicalize(), folder.canonicalize()) {
             (Ok(file), Ok(folder)) => file.starts_with(folder),
             // There is no such file: what reads it says so.
             (Err(_), _) => true,
@@ -77,10 +79,32 @@ impl Files for Fence {
     }
 }
 
+impl SessionFiles for Fence {
+    fn anew(&self) -> Arc<dyn SessionFiles> {
+        Arc::new(Self { beside: Arc::new(Beside::of(&self.path)), ..self.clone() })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::fs;
+
+    /// What had been read once stayed for the whole session.
+    #[test]
+    fn files_that_are_read_anew_are_as_they_are_now() {
+        let place = tempfile::tempdir().expect("a folder");
+        let file = place.path().join("more.toml");
+        fs::write(&file, "old").expect("written");
+        let fence = Fence::of(&place.path().join("y.toml"));
+        assert_eq!(fence.read("more.toml").as_deref(), Ok("old"));
+        fence.close();
+        fs::write(&file, "new").expect("written");
+        assert_eq!(fence.read("more.toml").as_deref(), Ok("old"), "a run has one text of it");
+        let anew = fence.anew();
+        assert_eq!(anew.read("more.toml").as_deref(), Ok("new"));
+        assert!(anew.read("../more.toml").is_err_and(|said| said.contains("scenario's folder")));
+    }
 
     #[test]
     fn texts_of_pages_name_files_of_the_folder_and_those_that_the_file_has_named() {

@@ -46,7 +46,8 @@ impl Memory {
         Self::within(&folder, scenario)
     }
 
-    fn within(folder: &Path, scenario: PathBuf) -> io::Result<Option<Self>> {
+    /// The same in a folder of states.
+    pub(super) fn within(folder: &Path, scenario: PathBuf) -> io::Result<Option<Self>> {
         make_folder(folder)?;
         let hash = wireloom::export::sha256(scenario.as_os_str().as_encoded_bytes());
         let path = folder.join(format!("studio-{}.json", &hash[..16]));

@@ -1,7 +1,7 @@
 //! The scenario's file, as the studio writes it: what another program has written there is not replaced unasked.
 
-use crate::files::load;
-use std::fs;
+use crate::files::{folder, load};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wireloom::session::Refusal;
@@ -11,8 +11,10 @@ use wireloom_studio::{Storage, StoreError};
 const LONGEST_NAME: usize = 120;
 
 /// The scenario's file.
-pub struct OnDisk {
+struct OnDisk {
     path: PathBuf,
+    /// Where it lies: the path that the user has named may be a link, which stays one.
+    place: PathBuf,
     /// Its text as this program read or wrote it last.
     known: String,
     /// The text of another program that pages have been told of.
@@ -26,7 +28,8 @@ pub struct FileStorage(Arc<Mutex<OnDisk>>);
 impl FileStorage {
     /// The file at `path`, which holds `text`.
     pub fn new(path: &Path, text: &str) -> Self {
-        Self(Arc::new(Mutex::new(OnDisk { path: path.to_owned(), known: text.to_owned(), told: None })))
+        let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        Self(Arc::new(Mutex::new(OnDisk { path: path.to_owned(), place, known: text.to_owned(), told: None })))
     }
 
     /// Its path.
@@ -62,21 +65,11 @@ impl OnDisk {
 
     /// Writes the file as a whole: after a crash it has the old or the new text.
     fn write(&mut self, text: &str) -> Result<String, StoreError> {
-        // A link stays one.
-        let path = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
-        let mode = fs::metadata(&path).map(|data| data.permissions());
-        let partial = path.with_extension("toml.partial");
-        let written = fs::write(&partial, text).and_then(|()| match mode {
-            Ok(mode) => fs::set_permissions(&partial, mode),
-            Err(_) => Ok(()),
-        });
-        let written =
-            written.and_then(|()| fs::File::open(&partial)?.sync_all()).and_then(|()| fs::rename(&partial, &path));
-        if let Err(error) = written {
-            let _ = fs::remove_file(&partial);
-            let message = format!("cannot write {}: {error}", self.path.display());
-            return Err(StoreError::Refused(Refusal::new(message, "save it under another name, or download a copy")));
-        }
+        let written = folder::write(&self.place, |out| out.write_all(text.as_bytes()).and_then(|()| out.sync()));
+        written.map_err(|failure| {
+            let message = failure.to_string();
+            StoreError::Refused(Refusal::new(message, "save it under another name, or download a copy"))
+        })?;
         self.known = text.to_owned();
         self.told = None;
         Ok(self.name())
@@ -111,25 +104,28 @@ impl Storage for FileStorage {
         if path.exists() && !replace {
             return Err(StoreError::Exists { name: name.to_owned() });
         }
-        let mut other = OnDisk { path, known: String::new(), told: None };
+        let mut other = OnDisk { place: path.clone(), path, known: String::new(), told: None };
         let written = other.write(text)?;
         *disk = other;
         Ok(written)
     }
 
-    fn reload(&mut self) -> Result<String, Refusal> {
+    fn read(&self) -> Result<String, Refusal> {
+        let text = load::text(&self.path());
+        text.map_err(|failure| Refusal::new(failure.to_string(), "save the scenario to write it anew"))
+    }
+
+    fn taken(&mut self, text: &str) {
         let mut disk = self.disk();
-        let text = load::text(&disk.path);
-        let text = text.map_err(|failure| Refusal::new(failure.to_string(), "save the scenario to write it anew"))?;
-        disk.known.clone_from(&text);
+        disk.known = text.to_owned();
         disk.told = None;
-        Ok(text)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn what_another_program_has_written_is_not_replaced_unasked() {
@@ -148,8 +144,10 @@ mod tests {
         assert_eq!(there(&path), "a = 3");
         assert_eq!(storage.store("a = 4", None, true).as_deref(), Ok("y.toml"));
         fs::write(&path, "a = 5").expect("written");
-        assert_eq!(storage.reload().as_deref(), Ok("a = 5"));
-        assert_eq!(storage.store("a = 6", None, false).as_deref(), Ok("y.toml"), "it was read in between");
+        assert_eq!(storage.read().as_deref(), Ok("a = 5"));
+        assert_eq!(storage.store("a = 6", None, false), conflict, "it was read, and may have been refused");
+        storage.taken("a = 5");
+        assert_eq!(storage.store("a = 6", None, false).as_deref(), Ok("y.toml"), "it was taken in between");
         fs::remove_file(&path).expect("removed");
         assert_eq!(storage.store("a = 7", None, false).as_deref(), Ok("y.toml"), "nothing is replaced");
         assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1, "no partial file is left");
@@ -191,5 +189,23 @@ mod tests {
         assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
         assert_eq!(fs::read_to_string(&path).expect("a file"), "a = 2");
         assert_eq!(fs::metadata(&path).expect("there").permissions().mode() & 0o777, 0o640);
+    }
+
+    /// The text went to where a link led, out of the folder.
+    #[cfg(unix)]
+    #[test]
+    fn another_name_that_is_a_link_is_refused() {
+        let place = tempfile::tempdir().expect("a folder");
+        let (folder, outside) = (place.path().join("inner"), place.path().join("outside.toml"));
+        fs::create_dir(&folder).expect("made");
+        fs::write(&outside, "mine").expect("written");
+        fs::write(folder.join("y.toml"), "a = 1").expect("written");
+        std::os::unix::fs::symlink(&outside, folder.join("z.toml")).expect("a link");
+        std::os::unix::fs::symlink(&outside, folder.join("y.toml.partial")).expect("a link");
+        let mut storage = FileStorage::new(&folder.join("y.toml"), "a = 1");
+        let refused = storage.store("a = 2", Some("z.toml"), true);
+        assert!(format!("{refused:?}").contains("it is a link"), "{refused:?}");
+        assert_eq!(storage.store("a = 2", None, false).as_deref(), Ok("y.toml"), "it is the file still");
+        assert_eq!(fs::read_to_string(&outside).expect("there"), "mine");
     }
 }

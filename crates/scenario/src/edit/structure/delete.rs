@@ -3,7 +3,7 @@
 use super::entries::{each_attachment, is, list, retain, word};
 use super::part::BEGINNINGS;
 use std::collections::BTreeSet;
-use toml_edit::{DocumentMut, Item, TableLike, Value};
+use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 
 /// Keeps some of the operations of all steps; notes the steps that have lost one.
 pub(super) fn of_steps(
@@ -27,6 +27,51 @@ pub(super) fn of_steps(
     }
 }
 
+/// Strikes a name from a list of names.
+fn strike(table: &mut dyn TableLike, key: &str, name: &str) {
+    if let Some(names) = table.get_mut(key).and_then(Item::as_array_mut) {
+        names.retain(|value| value.as_str() != Some(name));
+    }
+}
+
+/// Whether a list of names has any, or is left out.
+fn has_names(table: &dyn TableLike, key: &str) -> bool {
+    table.get(key).and_then(Item::as_array).is_none_or(|names| !names.is_empty())
+}
+
+/// Removes components; returns their names.
+fn remove_components(document: &mut DocumentMut, goes: &dyn Fn(&dyn TableLike) -> bool) -> BTreeSet<String> {
+    let mut gone = BTreeSet::new();
+    retain(document.as_table_mut(), "components", &mut |own| {
+        let stays = !goes(own);
+        if !stays {
+            gone.extend(word(own, "name").map(str::to_owned));
+        }
+        stays
+    });
+    gone
+}
+
+/// Removes the components that belong to constraints and components that are gone, and their names from the ends of
+/// wires.
+pub(super) fn forget_connectors(document: &mut DocumentMut, mut gone: BTreeSet<String>) {
+    let belongs = |own: &dyn TableLike, gone: &BTreeSet<String>| {
+        word(own, "connector").is_some_and(|connector| gone.contains(connector))
+    };
+    let mut last = gone.clone();
+    while !last.is_empty() {
+        last = remove_components(document, &|own| belongs(own, &last));
+        gone.extend(last.iter().cloned());
+    }
+    for connection in list(document.as_table_mut(), "connections") {
+        // An end stays, even if nothing is known of it: the first is where the wire begins.
+        for end in list(connection, "ends").into_iter().filter(|end| belongs(*end, &gone)) {
+            end.remove("connector");
+            end.remove("cavity");
+        }
+    }
+}
+
 /// Keeps the requirements whose parts are kept.
 pub(super) fn requirements(document: &mut DocumentMut, keep: &mut dyn FnMut(&dyn TableLike) -> bool) {
     retain(document.as_table_mut(), "requirements", &mut |entry| {
@@ -46,31 +91,19 @@ pub(super) fn forget_constraint(document: &mut DocumentMut, name: &str, emptied:
     for (k, step) in list(document.as_table_mut(), "steps").into_iter().enumerate() {
         for carry in list(step, "carry") {
             retain(carry, "timing", &mut |timing| !is(timing, "what", name));
-            if let Some(what) = carry.get_mut("what").and_then(Item::as_array_mut) {
-                what.retain(|value| value.as_str() != Some(name));
-            }
+            strike(carry, "what", name);
         }
-        let count = list(step, "carry").len();
-        retain(step, "carry", &mut |carry| {
-            carry.get("what").and_then(Item::as_array).is_none_or(|what| !what.is_empty())
-        });
-        let left = list(step, "carry").len();
-        if left == 0 {
-            step.remove("carry");
-        }
-        let mut released = false;
-        if let Some(release) = step.get_mut("release").and_then(Item::as_array_mut) {
-            let before = release.len();
-            release.retain(|value| value.as_str() != Some(name));
-            released = release.len() < before;
-            if release.is_empty() {
-                step.remove("release");
-            }
-        }
-        if released || left < count {
+        let released = |step: &dyn TableLike| step.get("release").and_then(Item::as_array).map_or(0, Array::len);
+        let before = released(step);
+        strike(step, "release", name);
+        if released(step) < before {
             emptied.insert(k);
         }
+        if !has_names(step, "release") {
+            step.remove("release");
+        }
     }
+    of_steps(document, &["carry"], emptied, &mut |carry| has_names(carry, "what"));
 }
 
 /// A step that has lost all that it did waits.
@@ -83,8 +116,8 @@ pub(super) fn wait_in_empty_steps(document: &mut DocumentMut, emptied: &BTreeSet
     }
 }
 
-/// Removes a branch, its arms at its joints, and what attaches to it.
-pub(super) fn remove_branch(document: &mut DocumentMut, name: &str, emptied: &mut BTreeSet<usize>) {
+/// Removes a branch, its arms at its joints, and what attaches to it. Returns the names of the components that go.
+pub(super) fn remove_branch(document: &mut DocumentMut, name: &str, emptied: &mut BTreeSet<usize>) -> BTreeSet<String> {
     let root = document.as_table_mut();
     let mut ends: Vec<String> = Vec::new();
     for branch in list(root, "branches") {
@@ -142,10 +175,16 @@ pub(super) fn remove_branch(document: &mut DocumentMut, name: &str, emptied: &mu
     requirements(document, &mut |of| !is(of, "branch", name));
     retain(document.as_table_mut(), "initial", &mut |initial| !is(initial, "branch", name));
     for step in list(document.as_table_mut(), "steps") {
-        for own in list(step, "temperature") {
-            if let Some(branches) = own.get_mut("branches").and_then(Item::as_array_mut) {
-                branches.retain(|value| value.as_str() != Some(name));
-            }
+        list(step, "temperature").into_iter().for_each(|own| strike(own, "branches", name));
+    }
+    of_steps(document, &["temperature"], emptied, &mut |own| has_names(own, "branches"));
+    for connection in list(document.as_table_mut(), "connections") {
+        strike(connection, "branches", name);
+        if !has_names(connection, "branches") {
+            connection.remove("branches");
         }
     }
+    remove_components(document, &|own| {
+        is(own, "branch", name) || word(own, "vertex").is_some_and(|vertex| lost.iter().any(|v| v == vertex))
+    })
 }

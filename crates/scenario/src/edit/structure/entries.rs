@@ -18,12 +18,12 @@ pub(super) fn entries(item: &mut Item) -> Vec<&mut dyn TableLike> {
     }
 }
 
-pub(super) fn list<'d>(table: &'d mut dyn TableLike, key: &str) -> Vec<&'d mut dyn TableLike> {
+pub(in crate::edit) fn list<'d>(table: &'d mut dyn TableLike, key: &str) -> Vec<&'d mut dyn TableLike> {
     table.get_mut(key).map_or(Vec::new(), entries)
 }
 
 /// Keeps some of the entries of a list, or the one table that stands for it.
-pub(super) fn retain(table: &mut dyn TableLike, key: &str, keep: &mut dyn FnMut(&dyn TableLike) -> bool) {
+pub(in crate::edit) fn retain(table: &mut dyn TableLike, key: &str, keep: &mut dyn FnMut(&dyn TableLike) -> bool) {
     let gone = match table.get_mut(key) {
         Some(Item::ArrayOfTables(tables)) => {
             tables.retain(|own| keep(own));
@@ -41,7 +41,7 @@ pub(super) fn retain(table: &mut dyn TableLike, key: &str, keep: &mut dyn FnMut(
     }
 }
 
-pub(super) fn word<'t>(table: &'t dyn TableLike, key: &str) -> Option<&'t str> {
+pub(in crate::edit) fn word<'t>(table: &'t dyn TableLike, key: &str) -> Option<&'t str> {
     table.get(key)?.as_str()
 }
 
@@ -59,6 +59,28 @@ pub(super) fn put(item: &mut Item, value: Value) {
         }
         other => *other = Item::Value(value),
     }
+}
+
+/// Gives a key another value; what stands beside it stays.
+pub(super) fn set(table: &mut dyn TableLike, key: &str, value: Value) {
+    match table.get_mut(key) {
+        Some(item) => put(item, value),
+        None => {
+            table.insert(key, Item::Value(value));
+        }
+    }
+}
+
+/// A table in one line, without comments.
+pub(super) fn copy_of(table: &dyn TableLike) -> InlineTable {
+    let mut copy = InlineTable::new();
+    for (key, item) in table.iter() {
+        if let Ok(mut value) = item.clone().into_value() {
+            value.decor_mut().clear();
+            copy.insert(key, value);
+        }
+    }
+    copy
 }
 
 /// Removes what is at a path within a table. Returns whether it was there.
@@ -209,8 +231,10 @@ pub(super) fn unknown(text: &str, part: Part, name: &str, there: &BTreeSet<Strin
 /// What attaches to a vertex as `from` ("end" or "joint") attaches to it as `to`.
 pub(super) fn each_attachment(table: &mut dyn TableLike, from: &str, vertex: &str, to: &str) {
     each_below(table, &mut Vec::new(), &mut |way, table| {
-        let drives = way.iter().map(String::as_str).eq(["steps", "drive"]);
-        if !drives && is(table, from, vertex) {
+        // Their joints are those of mechanisms.
+        let of_mechanism =
+            way.first().is_some_and(|first| first == "mechanisms") || way.last().is_some_and(|last| last == "drive");
+        if !of_mechanism && is(table, from, vertex) {
             table.remove(from);
             table.insert(to, toml_edit::value(vertex));
         }

@@ -52,13 +52,14 @@ fn refers(way: &[&str], part: Part, key: &str) -> bool {
         Part::Branch => {
             named
                 || key == "branch"
-                || (key == "branches" && way.len() > 1)
+                || (key == "branches" && !way.is_empty())
                 || (way == ["joints", "wires"] && key == "between")
         }
         Part::Vertex => {
             named
                 || (way == ["branches"] && matches!(key, "from" | "to"))
                 || key == "end"
+                || (way == ["components"] && key == "vertex")
                 || (key == "joint" && way != ["steps", "drive"] && first != "mechanisms")
         }
         Part::Section => way == ["branches"] && key == "section",
@@ -66,6 +67,7 @@ fn refers(way: &[&str], part: Part, key: &str) -> bool {
             named
                 || (begins && key == "name")
                 || key == "constraint"
+                || (matches!(way, ["components"] | ["connections", "ends"]) && key == "connector")
                 || (key == "constraints" && way.len() > 1)
                 || (way == ["steps"] && key == "release")
                 || (way.starts_with(&["steps", "carry"]) && key == "what")

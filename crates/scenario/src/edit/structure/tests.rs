@@ -1,3 +1,5 @@
+mod splits;
+
 use super::*;
 use serde_json::json;
 
@@ -195,77 +197,6 @@ fn a_part_is_deleted_with_all_that_is_of_no_use_without_it() {
 }
 
 #[test]
-fn a_branch_is_split_and_what_attaches_behind_follows() {
-    let swept = TEXT.replace("[sweep]", "[other]");
-    let plain = &swept[..swept.find("[other]").unwrap()];
-    let text = with_split(plain, "trunk", 0.25, "trunk 2", "T").expect("inside it");
-    let mut found = difference(plain, &text);
-    let mut expected = vec![
-        "-to = \"J\" # the joint",
-        "-length = \"600 mm\" # by the drawing",
-        "-segments = 60",
-        "-  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
-        wires("-", "trunk"),
-        "-at = { branch = \"trunk\", s = \"300 mm\" }",
-        "+to = \"T\" # the joint",
-        "+length = \"250 mm\" # by the drawing",
-        "+segments = 25",
-        "+[[branches]]",
-        "+name = \"trunk 2\"",
-        "+from = \"T\"",
-        "+to = \"J\"",
-        "+section = \"cable\"",
-        "+length = \"350 mm\"",
-        "+segments = 35",
-        "+  { branch = \"trunk 2\", direction = [-1, 0, 0], up = [0, 0, 1] }, # from behind",
-        wires("+", "trunk 2"),
-        "+[[joints]]",
-        "+name = \"T\"",
-        "+arms = [",
-        "+  { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] },",
-        "+  { branch = \"trunk 2\", direction = [1, 0, 0], up = [0, 0, 1] },",
-        "+]",
-        "+at = { branch = \"trunk 2\", s = \"50 mm\" }",
-        "+[[requirements]]",
-        "+name = \"trunk bend (trunk 2)\"",
-        "+quantity = \"bend_radius\"",
-        "+of = { branch = \"trunk 2\" }",
-        "+min = \"30 mm\"",
-        "+steps = [\"mate\"]",
-    ];
-    expected.sort_unstable();
-    found.sort_unstable();
-    assert_eq!(found, expected, "{text}");
-    let behind = text.find("name = \"trunk 2\"").unwrap();
-    assert!(behind < text.find("name = \"left\"").unwrap(), "{text}");
-    // Exactly at the clip: the joint is what it holds.
-    let text = with_split(plain, "trunk", 0.3, "trunk 2", "T").expect("inside it");
-    assert!(text.contains("at = { joint = \"T\" }"), "{text}");
-    let said = |branch: &str, s: f64| message(with_split(plain, branch, s, "b2", "T"));
-    assert!(said("trunk", 0.6).contains("give a place inside it, between 0 and 0.6 m"), "{}", said("trunk", 0.6));
-    assert!(said("trunk", f64::NAN).contains("cannot be split"));
-    assert!(said("nothing", 0.1).contains("there is no branch"));
-    assert!(message(with_split(TEXT, "trunk", 0.1, "b2", "T")).contains("[sweep] varies branch \"trunk\""));
-    let wrapped =
-        format!("{plain}\n[[loads]]\nname = \"wind\"\nspan = {{ branch = \"left\", from = 0.1, to = 0.3 }}\n");
-    assert!(
-        message(with_split(&wrapped, "left", 0.2, "b2", "T"))
-            .contains("along a span of branch \"left\" across s = 0.2 m")
-    );
-    let behind = with_split(&wrapped, "left", 0.05, "b2", "T").expect("before the span");
-    assert!(behind.contains("span = { branch = \"b2\", from = 0.05, to = 0.25 }"), "{behind}");
-}
-
-#[test]
-fn a_drawn_path_is_divided_where_its_branch_is() {
-    let path = "path = [[0, 0, 0], [\"100 mm\", 0, 0], [0.1, 0.3, 0]]";
-    let text = format!("[[branches]]\nname = \"b\"\nfrom = \"A\"\nto = \"B\"\nlength = \"0.8 m\"\n{path}\n");
-    let text = with_split(&text, "b", 0.4, "b2", "J").expect("inside it");
-    assert!(text.contains("path = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0]]"), "{text}");
-    assert!(text.contains("path = [[0.1, 0.1, 0], [0.1, 0.3, 0]]") && text.contains("length = \"0.4 m\""), "{text}");
-}
-
-#[test]
 fn branches_are_added_at_joints_at_ends_and_inside_others() {
     let new =
         |from| NewBranch { name: "tap".into(), from, to: "D".into(), section: "cable".into(), length: json!("120 mm") };
@@ -277,7 +208,7 @@ fn branches_are_added_at_joints_at_ends_and_inside_others() {
         "+length = \"120 mm\"",
         "+max_segment = \"10 mm\"",
     ];
-    let added = |from: Option<Attachment>, more: &[&str], text: &str| {
+    let added = |from: Attachment, more: &[&str], text: &str| {
         let after = with_branch(text, &new(from)).expect("a place");
         let mut expected: Vec<&str> = entry.iter().chain(more).copied().collect();
         let mut found = difference(text, &after);
@@ -287,7 +218,7 @@ fn branches_are_added_at_joints_at_ends_and_inside_others() {
         after
     };
     let arm = "+  { branch = \"tap\", direction = [-1, 0, 0], up = [0, 0, 1] },";
-    added(Some(Attachment::Joint("J".into())), &[arm, "+from = \"J\""], TEXT);
+    added(Attachment::Joint("J".into()), &[arm, "+from = \"J\""], TEXT);
     let end = [
         "-at = { end = \"B\" }",
         "+at = { joint = \"B\" }",
@@ -299,20 +230,128 @@ fn branches_are_added_at_joints_at_ends_and_inside_others() {
         "+  { branch = \"tap\", direction = [1, 0, 0], up = [0, 0, 1] },",
         "+]",
     ];
-    added(Some(Attachment::End("B".into())), &end, TEXT);
-    added(None, &["+from = \"tap start\""], TEXT);
-    let text = with_branch(TEXT, &new(Some(Attachment::Branch("left".into(), 0.1)))).expect("a place");
+    added(Attachment::End("B".into()), &end, TEXT);
+    let text = with_branch(TEXT, &new(Attachment::Branch("left".into(), 0.1))).expect("a place");
     assert!(text.contains("  { branch = \"tap\", direction = [0, -1, 0], up = [0, 0, 1] },\n]"), "{text}");
     assert!(text.contains("name = \"left joint\"") && text.contains("name = \"left 2\""), "{text}");
     let said = |from| message(with_branch(TEXT, &new(from)));
-    assert!(said(Some(Attachment::Joint("K".into()))).contains("there is no joint \"K\""));
-    assert!(said(Some(Attachment::End("J".into()))).contains("\"J\" is no free end: 3 branches end there"));
-    let taken = NewBranch { name: "left".into(), ..new(None) };
+    assert!(said(Attachment::Joint("K".into())).contains("there is no joint \"K\""));
+    assert!(said(Attachment::End("J".into())).contains("\"J\" is no free end: 3 branches end there"));
+    let at_end = || Attachment::End("B".into());
+    let taken = NewBranch { name: "left".into(), ..new(at_end()) };
     assert!(message(with_branch(TEXT, &taken)).contains("there is already a branch \"left\""));
-    let taken = NewBranch { to: "A".into(), ..new(None) };
+    let taken = NewBranch { to: "A".into(), ..new(at_end()) };
     assert!(message(with_branch(TEXT, &taken)).contains("there is already a vertex \"A\""));
     assert_eq!(unused_name(TEXT, Part::Branch, "left").as_deref(), Ok("left 2"));
     assert_eq!(unused_name(TEXT, Part::Vertex, "D").as_deref(), Ok("D"));
+}
+
+/// Arms given by `orientation` were not seen: a new arm lay on one of them.
+#[test]
+fn a_new_arm_points_away_from_arms_given_by_their_orientation() {
+    // "left" begins at the joint along x: d3 is turned from z to x. "trunk" ends there, so its arm points against d3.
+    let turned = |branch: &str| format!("{{ branch = \"{branch}\", orientation = [1, 0, 1, 0] }}");
+    let text = format!(
+        "[[branches]]\nname = \"trunk\"\nfrom = \"A\"\nto = \"J\"\nlength = 1\n\n\
+         [[branches]]\nname = \"left\"\nfrom = \"J\"\nto = \"B\"\nlength = 1\n\n\
+         [[joints]]\nname = \"J\"\narms = [{}, {}]\n",
+        turned("trunk"),
+        turned("left")
+    );
+    let new = NewBranch {
+        name: "tap".into(),
+        from: Attachment::Joint("J".into()),
+        to: "D".into(),
+        section: "cable".into(),
+        length: json!(0.1),
+    };
+    let added = with_branch(&text, &new).expect("a place");
+    assert!(added.contains("{ branch = \"tap\", direction = [0, -1, 0], up = [0, 0, 1] }"), "{added}");
+    let one = text.replace(&format!("[{}, ", turned("trunk")), "[");
+    let added = with_branch(&one, &new).expect("a place");
+    assert!(added.contains("{ branch = \"tap\", direction = [-1, 0, 0], up = [0, 0, 1] }"), "{added}");
+    let said = message(with_branch(&text.replace("[1, 0, 1, 0]", "\"along\""), &new));
+    assert!(said.contains("arm \"trunk\" of joint \"J\" has no direction that can be read"), "{said}");
+}
+
+/// A joint of a mechanism that has the name of a vertex became an end.
+#[test]
+fn a_joint_of_a_mechanism_is_no_vertex() {
+    let door = "\n[[mechanisms]]\nname = \"door\"\nurdf = \"door.urdf\"\ndrawn = [{ joint = \"J\", value = 0 }]\n";
+    let text = without_part(&format!("{TEXT}{door}"), Part::Branch, "left").expect("a branch");
+    let text = without_part(&text, Part::Branch, "right").expect("a branch");
+    assert!(!text.contains("[[joints]]") && text.contains(door), "{text}");
+}
+
+const IDENTITIES: &str = r#"
+[[components]]
+name = "tape"
+branch = "right"
+part = "4711"
+
+[[components]]
+name = "plug"
+connector = "plug-B"
+cavity = "2"
+
+[[components]]
+name = "seal"
+connector = "plug"
+
+[[components]]
+name = "splice"
+vertex = "B"
+
+[[connections]]
+name = "W1"
+branches = ["trunk", "left"]
+ends = [{ connector = "plug-B", cavity = "1", terminal = "77" }, { connector = "splice" }]
+
+[[connections]]
+name = "W2"
+branches = ["right"]
+"#;
+
+/// Components and connections kept the old name, and the text was refused.
+#[test]
+fn a_part_is_renamed_in_components_and_connections() {
+    let given = format!("{TEXT}{IDENTITIES}");
+    let lines = |part, from: &str, to: &str| {
+        let text = renamed(&given, part, from, to).expect("a part");
+        let lines = difference(&given, &text);
+        lines.into_iter().filter(|line| line.starts_with('+')).collect::<Vec<_>>()
+    };
+    let left = lines(Part::Branch, "left", "arm");
+    assert!(left.contains(&"+branches = [\"trunk\", \"arm\"]".to_owned()), "{left:?}");
+    assert!(lines(Part::Branch, "right", "arm").contains(&"+branch = \"arm\"".to_owned()));
+    assert!(lines(Part::Vertex, "B", "end").contains(&"+vertex = \"end\"".to_owned()));
+    let plug = lines(Part::Constraint, "plug-B", "XB");
+    let ends = "+ends = [{ connector = \"XB\", cavity = \"1\", terminal = \"77\" }, { connector = \"splice\" }]";
+    assert!(plug.contains(&"+connector = \"XB\"".to_owned()) && plug.contains(&ends.to_owned()), "{plug:?}");
+}
+
+/// Components and connections still named what was gone, and the text was refused.
+#[test]
+fn a_part_is_deleted_in_components_and_connections() {
+    let given = format!("{TEXT}{IDENTITIES}");
+    let text = without_part(&given, Part::Branch, "right").expect("a branch");
+    assert!(!text.contains("tape") && text.ends_with("name = \"W2\"\n"), "{text}");
+    let text = without_part(&given, Part::Constraint, "plug-B").expect("a constraint");
+    assert!(!text.contains("\"plug\"") && !text.contains("seal") && text.contains("splice"), "{text}");
+    assert!(text.contains("ends = [{ terminal = \"77\" }, { connector = \"splice\" }]"), "{text}");
+    let text = without_part(&given, Part::Branch, "left").expect("a branch");
+    assert!(!text.contains("splice") && text.contains("branches = [\"trunk\"]"), "{text}");
+}
+
+/// An empty list of branches was left, which is no temperature of anything.
+#[test]
+fn a_temperature_of_a_deleted_branch_goes_with_it() {
+    let heated = "\n[[steps]]\nname = \"heat\"\n[[steps.temperature]]\nchange = 60\nbranches = [\"right\"]\n";
+    let text = without_part(&format!("{TEXT}{heated}"), Part::Branch, "right").expect("a branch");
+    assert!(text.ends_with("[[steps]]\nname = \"heat\"\nwait = true\n"), "{text}");
+    let two = heated.replace("[\"right\"]", "[\"trunk\", \"right\"]");
+    let text = without_part(&format!("{TEXT}{two}"), Part::Branch, "right").expect("a branch");
+    assert!(text.ends_with("change = 60\nbranches = [\"trunk\"]\n"), "{text}");
 }
 
 #[test]
@@ -331,6 +370,4 @@ fn entries_and_keys_come_and_go_and_comments_stay() {
     let inline = "loads = [\n  { name = \"a\" },\n]\n";
     let text = with_entry(inline, "loads", &json!({ "name": "b" })).expect("an entry");
     assert_eq!(text, "loads = [\n  { name = \"a\" },\n  { name = \"b\" },\n]\n");
-    assert_eq!(as_json("a = [1, { b = \"c\" }]"), Ok(json!({ "a": [1, { "b": "c" }] })));
-    assert!(as_json("a = ").is_err());
 }

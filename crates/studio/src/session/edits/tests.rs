@@ -1,11 +1,13 @@
 //! Changes of the text of a session, and that `run` carries out what they make.
 
-use super::super::SessionInput;
 use super::super::tests::{ALIKE, STEPS, Y, apart, ask, done, ends, hold, last, opened, refused, session, text, work};
+use super::super::{SessionInput, Storage, StoreError};
 use super::*;
 use crate::protocol::{Holding, Request};
 use serde_json::json;
-use wireloom::scenario::NoFiles;
+use std::sync::Mutex;
+use wireloom::scenario::{Files, NoFiles};
+use wireloom::session::Monitor;
 
 fn edit(session: &mut Session, edit: Edit) {
     done(session, Request::Edit { edit });
@@ -73,7 +75,7 @@ fn edits_are_named_commands_that_undo_and_that_run_carries_out() {
 fn branches_are_added_at_a_joint_an_end_and_a_point() {
     for from in [Start::Joint("J".into()), Start::End("C".into()), Start::Point { branch: "trunk".into(), s: 0.2 }] {
         let mut session = session(Y);
-        let new = Edit::Branch { name: "tap".into(), from: Some(from), section: "arm".into(), length: json!("120 mm") };
+        let new = Edit::Branch { name: "tap".into(), from, section: "arm".into(), length: json!("120 mm") };
         edit(&mut session, new);
         let text = as_run(&mut session);
         let end = last(&session);
@@ -83,13 +85,6 @@ fn branches_are_added_at_a_joint_an_end_and_a_point() {
         let meets = starts.flat_map(|branch| [branch.position[0], branch.position[branch.position.len() - 1]]);
         assert!(meets.map(|x| (x - tap.position[0]).norm()).fold(f64::INFINITY, f64::min) < 1e-9, "{text}");
     }
-    // A branch that nothing holds is refused, and the session stays as it is.
-    let mut session = session(Y);
-    let before = session.text();
-    let free = Edit::Branch { name: "tap".into(), from: None, section: "arm".into(), length: json!("120 mm") };
-    let said = refused(&mut session, Request::Edit { edit: free });
-    assert!(said.contains("tap"), "{said}");
-    assert_eq!((session.text(), session.undo_labels()), (before, [None, None]));
 }
 
 #[test]
@@ -169,8 +164,23 @@ fn a_text_with_faults_or_of_an_older_version_is_refused_in_place() {
     assert!(format!("{said:?}").contains("the text has 5242880 bytes"));
 }
 
-/// A file in memory.
-struct Memory(std::sync::Arc<std::sync::Mutex<(String, bool)>>);
+/// A file in memory: its text, and whether another program has changed it since it was written or taken.
+#[derive(Clone)]
+pub(in super::super) struct Memory(Arc<Mutex<(String, bool)>>);
+
+impl Memory {
+    pub fn of(text: &str) -> Self {
+        Self(Arc::new(Mutex::new((text.to_owned(), false))))
+    }
+
+    fn text(&self) -> String {
+        self.0.lock().expect("not poisoned").0.clone()
+    }
+
+    fn change_outside(&self, text: &str) {
+        *self.0.lock().expect("not poisoned") = (text.to_owned(), true);
+    }
+}
 
 impl Storage for Memory {
     fn store(&mut self, text: &str, name: Option<&str>, replace: bool) -> Result<String, StoreError> {
@@ -182,34 +192,49 @@ impl Storage for Memory {
         Ok(name.unwrap_or("y.toml").to_owned())
     }
 
-    fn reload(&mut self) -> Result<String, Refusal> {
-        let mut file = self.0.lock().expect("not poisoned");
-        file.1 = false;
-        Ok(file.0.clone())
+    fn read(&self) -> Result<String, Refusal> {
+        Ok(self.text())
     }
+
+    fn taken(&mut self, text: &str) {
+        let mut file = self.0.lock().expect("not poisoned");
+        file.1 &= file.0 != text;
+    }
+}
+
+fn opened_from(file: &Memory, files: Arc<dyn SessionFiles>) -> Session {
+    let input = SessionInput {
+        text: file.text(),
+        name: "y.toml".into(),
+        files,
+        registry: wireloom::registry(),
+        unsaved: false,
+        storage: Some(Box::new(file.clone())),
+    };
+    let mut session = Session::open(input, Monitor::default()).expect("no faults");
+    work(&mut session);
+    session
+}
+
+fn store(name: Option<&str>, replace: bool) -> Request {
+    Request::Store { name: name.map(str::to_owned), replace }
+}
+
+fn lengthen_left(session: &mut Session, length: &str) {
+    edit(session, Edit::Put { key: "branches.left.length".into(), value: json!(length) });
 }
 
 #[test]
 fn the_text_is_stored_in_its_file_and_read_anew() {
-    let file = std::sync::Arc::new(std::sync::Mutex::new((Y.to_owned(), false)));
-    let input = SessionInput {
-        text: Y.to_owned(),
-        name: "y.toml".into(),
-        files: Box::new(NoFiles),
-        registry: wireloom::registry(),
-        unsaved: false,
-        storage: Some(Box::new(Memory(file.clone()))),
-    };
-    let mut session = Session::open(input, Monitor::default()).expect("no faults");
-    work(&mut session);
-    edit(&mut session, Edit::Put { key: "branches.left.length".into(), value: json!("420 mm") });
+    let file = Memory::of(Y);
+    let mut session = opened_from(&file, Arc::new(NoFiles));
+    lengthen_left(&mut session, "420 mm");
     let _ = text(&mut session);
     assert!(session.unsaved(), "a copy is not the file");
-    let store = |name: Option<&str>, replace| Request::Store { name: name.map(str::to_owned), replace };
     assert_eq!(ask(&mut session, store(None, false)), [Notice::Stored { name: "y.toml".into() }]);
-    assert!(!session.unsaved() && file.lock().expect("there").0.contains("420 mm"));
-    *file.lock().expect("there") = (Y.replace("400 mm", "390 mm"), true);
-    edit(&mut session, Edit::Put { key: "branches.left.length".into(), value: json!("430 mm") });
+    assert!(!session.unsaved() && file.text().contains("420 mm"));
+    file.change_outside(&Y.replace("400 mm", "390 mm"));
+    lengthen_left(&mut session, "430 mm");
     let conflict = [Notice::Conflict { name: "y.toml".into(), own: true }];
     assert_eq!(ask(&mut session, store(None, false)), conflict);
     assert!(session.unsaved());
@@ -221,10 +246,64 @@ fn the_text_is_stored_in_its_file_and_read_anew() {
     assert!(session.text().expect("a text").contains("430 mm"));
     assert_eq!(ask(&mut session, store(Some("z.toml"), false)), [Notice::Stored { name: "z.toml".into() }]);
     assert_eq!(session.document().name, "z.toml");
-    // Faults of the file are told, and the session stays.
-    file.lock().expect("there").0 = "schema = ".into();
-    let said = ask(&mut session, Request::Reload);
-    assert!(matches!(&said[..], [Notice::Checked { .. }, Notice::Refused { .. }]), "{said:?}");
     let mut bare = opened(Y);
     assert_eq!(refused(&mut bare, store(None, false)), "this session has no file");
+}
+
+/// The file counted as known although the session had refused its text: the next save replaced it unasked.
+#[test]
+fn a_file_that_cannot_be_loaded_is_not_replaced_unasked() {
+    let file = Memory::of(Y);
+    let mut session = opened_from(&file, Arc::new(NoFiles));
+    file.change_outside("schema = ");
+    let said = ask(&mut session, Request::Reload);
+    assert!(matches!(&said[..], [Notice::Checked { .. }, Notice::Refused { .. }]), "{said:?}");
+    assert_eq!(session.text().as_deref(), Ok(Y), "the session stays");
+    let conflict = [Notice::Conflict { name: "y.toml".into(), own: true }];
+    assert_eq!(ask(&mut session, store(None, false)), conflict);
+    assert_eq!(file.text(), "schema = ");
+}
+
+/// A file of any name, and what was read of it.
+struct Shelf {
+    now: Arc<Mutex<String>>,
+    read: String,
+}
+
+impl Files for Shelf {
+    fn read(&self, _: &str) -> Result<String, String> {
+        Ok(self.read.clone())
+    }
+}
+
+impl SessionFiles for Shelf {
+    fn anew(&self) -> Arc<dyn SessionFiles> {
+        let read = self.now.lock().expect("not poisoned").clone();
+        Arc::new(Self { now: self.now.clone(), read })
+    }
+}
+
+/// Files that the scenario names were those of the beginning, whatever was loaded anew.
+#[test]
+fn a_reload_reads_the_files_that_the_text_names_and_computes_from_the_start() {
+    let now = Arc::new(Mutex::new(String::new()));
+    let shelf = Shelf { now: now.clone(), read: String::new() };
+    let given = format!("{Y}{STEPS}\n[library]\nfiles = [\"more.toml\"]\n");
+    let mut session = opened_from(&Memory::of(&given), Arc::new(shelf));
+    let run = session.scene().run;
+    "wrong = 1".clone_into(&mut now.lock().expect("not poisoned"));
+    lengthen_left(&mut session, "310 mm");
+    assert_eq!(session.known().check(&given), [], "what was read stays");
+    done(&mut session, Request::Undo);
+    let said = ask(&mut session, Request::Reload);
+    assert!(format!("{said:?}").contains("more.toml:1:1"), "{said:?}");
+    assert_eq!(session.known().check(&given), [], "the session goes on with what it had");
+    "# other".clone_into(&mut now.lock().expect("not poisoned"));
+    session.handle(1, Request::Reload);
+    assert!(session.take_changes().said.is_empty() && session.scene().run > run);
+    assert_eq!(session.now.frames(), 0, "nothing computed is kept");
+    "wrong = 1".clone_into(&mut now.lock().expect("not poisoned"));
+    work(&mut session);
+    done(&mut session, Request::Undo);
+    assert_eq!((session.scene().run, session.text()), (run, Ok(given)));
 }

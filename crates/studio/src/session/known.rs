@@ -1,0 +1,105 @@
+//! What the texts of a session may name, and their faults.
+
+use super::harness::tightens_in_first_step;
+use crate::frame::number;
+use crate::protocol::TextFault;
+use std::sync::{Arc, Mutex, PoisonError};
+use wireloom::Registry;
+use wireloom::scenario::record::{Written, with_steps};
+use wireloom::scenario::{Fault, Files, NoFiles, Places};
+use wireloom::session::{DrivenHarness, Monitor};
+
+/// Largest text that is taken, bytes: a harness of some thousand branches.
+pub(crate) const MAX_TEXT: usize = 4 << 20;
+/// Largest number of faults that are sent to a page.
+const MAX_FAULTS: usize = 100;
+
+/// The files that texts of a session may name. Texts that were read stay as they were, so that all equilibria of a run
+/// have the same.
+pub trait SessionFiles: Files + Send + Sync {
+    /// The same files, as they are now.
+    fn anew(&self) -> Arc<dyn SessionFiles>;
+}
+
+impl SessionFiles for NoFiles {
+    fn anew(&self) -> Arc<dyn SessionFiles> {
+        Arc::new(NoFiles)
+    }
+}
+
+/// What is needed to check a text, on any thread.
+pub(crate) struct Known {
+    /// Those of the session's present text.
+    files: Mutex<Arc<dyn SessionFiles>>,
+    /// Kinds that the scenario can use.
+    pub(super) registry: Registry,
+}
+
+impl Known {
+    pub(super) fn new(files: Arc<dyn SessionFiles>, registry: Registry) -> Self {
+        Self { files: Mutex::new(files), registry }
+    }
+
+    /// From now on texts are checked with these files.
+    pub(super) fn check_with(&self, files: &Arc<dyn SessionFiles>) {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner).clone_from(files);
+    }
+
+    /// The harness of a text, and the text with the step that its first equilibrium needs.
+    pub(super) fn load(
+        &self,
+        text: &str,
+        files: &dyn SessionFiles,
+        monitor: &Monitor,
+    ) -> Result<(String, DrivenHarness), Vec<Fault>> {
+        let load = |text: &str| DrivenHarness::load(text, files, &self.registry, monitor);
+        let harness = load(text)?;
+        if !harness.schedule.steps.is_empty() || !tightens_in_first_step(&harness.network) {
+            return Ok((text.to_owned(), harness));
+        }
+        // The first equilibrium of `run` then differs from the start.
+        let equilibrium = Written { name: "equilibrium".to_owned(), ..Written::default() };
+        let text = with_steps(text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
+        let harness = load(&text)?;
+        Ok((text, harness))
+    }
+
+    /// The faults of a text; none if it is valid.
+    pub(crate) fn check(&self, text: &str) -> Vec<Fault> {
+        if text.len() > MAX_TEXT {
+            return vec![too_large(text)];
+        }
+        // Not locked while it is checked.
+        let files = self.files.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        wireloom::load_with_files(text, &*files, &self.registry).err().unwrap_or_default()
+    }
+}
+
+/// The place of a fault as pages count it.
+pub(crate) fn text_faults(text: &str, faults: &[Fault]) -> Vec<TextFault> {
+    let places = Places::of(text);
+    let units = |at: usize| {
+        let before = &text[..text.floor_char_boundary(at.min(text.len()))];
+        number(before.encode_utf16().count())
+    };
+    let fault = |fault: &Fault| {
+        let (line, column) = places.position(fault.span.start);
+        TextFault {
+            from: units(fault.span.start),
+            to: units(fault.span.end.max(fault.span.start)),
+            line: number(line),
+            column: number(column),
+            message: fault.message.clone(),
+            help: fault.help.clone(),
+        }
+    };
+    faults.iter().take(MAX_FAULTS).map(fault).collect()
+}
+
+pub(super) fn too_large(text: &str) -> Fault {
+    Fault {
+        span: 0..0,
+        message: format!("the text has {} bytes", text.len()),
+        help: format!("edit a scenario of more than {MAX_TEXT} bytes in an editor, and load it anew"),
+    }
+}
