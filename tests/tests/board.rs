@@ -51,8 +51,8 @@ fn lay(place: &Place, file: &str, more: &[&str]) -> Ended {
     place.run(&[&["formboard", file, "-o", "o"], more].concat())
 }
 
-/// Pegs of the equilibrium on the board, and the forces that they exert, N, beside the weight of a connector that lies on
-/// one of them; all else that holds it is a root.
+/// Pegs of the equilibrium on the board, and the forces that they exert, N, beside the weight of a connector that lies
+/// on one of them; all else that holds it is a root.
 fn forces(text: &str) -> Result<Vec<(String, f64)>, Failed> {
     let registry = wireloom::registry();
     let (scenario, built) = wireloom::load(text, &registry).map_err(|faults| format!("{faults:?}"))?;

@@ -9,9 +9,9 @@
 //! ```
 //!
 //! The first two must become zero: a layout that has them is none. A move turns a branch with all that it carries,
-//! turns it alone, reflects what it carries, or bends it. Of the breaches and deviations only those that it may change are
-//! computed anew. The same harness gives the same board: the generator of random numbers has a fixed seed, and no clock
-//! is read.
+//! turns it alone, reflects what it carries, or bends it. Of the breaches and deviations only those that it may change
+//! are computed anew. The same harness gives the same board: the generator of random numbers has a fixed seed, and no
+//! clock is read.
 
 use crate::clearance::Rules;
 use crate::line::{Point, wrapped};

@@ -3,12 +3,13 @@
 use super::curve::{Polygon, Vector};
 use super::error::ImportError;
 use super::findings::Findings;
-use super::options::{Contents, Selection};
+use super::options::Selection;
 use super::unit::{Quantity, Unit};
 use super::usage::Element;
 use roxmltree::NodeId;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
+use wireloom_core::identity::Identity;
 use wireloom_scenario::Places;
 
 mod identities;
@@ -20,9 +21,11 @@ mod wires;
 mod xml;
 
 pub(super) use identities::{End, Listed, ListedPlace, Wiring};
+pub(super) use modules::contents;
 
-use wires::Route;
-use xml::{Read, Xml, child, child_text, children, place, position, text, title, words, xml};
+use xml::{
+    Read, Xml, child, child_text, children, is_occurrence, occurrences, place, position, text, title, words, xml,
+};
 
 /// Largest valid coordinate, m: control points of good curves reach some 10³ m.
 const LARGEST: f64 = 1e5;
@@ -163,9 +166,10 @@ pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -
     let root = Xml::root(&file, &read);
     let mut reader = Reader {
         ids: ids(root)?,
-        occurrences: identities::occurrences(root),
+        occurrences: occurrences(root),
         units: HashMap::new(),
         per_copper: HashMap::new(),
+        identities: HashMap::new(),
         places: Places::of(text),
         chosen: Chosen::default(),
         used: RefCell::default(),
@@ -186,13 +190,6 @@ pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -
     let (listed, wiring) = (reader.read_listed(root), reader.read_wiring(root));
     let elements = reader.elements(root);
     Ok(Document { name: reader.name(root), nodes, segments, wires, listed, wiring, elements })
-}
-
-/// The modules and variants of a KBL text.
-pub(super) fn contents(text: &str) -> Result<Contents, ImportError> {
-    let file = xml(text)?;
-    let read = Read::nothing_of(&file);
-    Ok(modules::contents(Xml::root(&file, &read)))
 }
 
 fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, ImportError> {
@@ -264,6 +261,14 @@ impl<'a> Chosen<'a> {
     }
 }
 
+/// The way of a wire of the chosen modules.
+struct Route<'a, 'i> {
+    routing: Xml<'a, 'i>,
+    wire: Xml<'a, 'i>,
+    /// XML ids, as the file gives them.
+    pub segments: Vec<&'a str>,
+}
+
 struct Reader<'a, 'i, 'f> {
     ids: HashMap<&'a str, Xml<'a, 'i>>,
     /// Occurrences of parts, by the ids of these.
@@ -271,6 +276,8 @@ struct Reader<'a, 'i, 'f> {
     units: HashMap<&'a str, Unit>,
     /// Known masses of cables with several cores, by area of copper.
     per_copper: HashMap<NodeId, Option<f64>>,
+    /// Identities of parts, as far as they were asked for.
+    identities: HashMap<NodeId, Identity>,
     /// Broken references are findings, of which there may be very many.
     places: Places<'a>,
     /// The parts of the modules that are imported.

@@ -12,8 +12,8 @@ pub fn alike(one: &Network, other: &Network) -> bool {
     same_graph(one, other) && !has_history(one) && !has_history(other)
 }
 
-/// Whether states of a harness have a history: in a mesh that moves along its cable, or with obstacles, which cables can
-/// pass on either side.
+/// Whether states of a harness have a history: in a mesh that moves along its cable, or with obstacles, which cables
+/// can pass on either side.
 pub fn has_history(network: &Network) -> bool {
     !network.obstacles.is_empty() || network.branches.iter().any(|branch| branch.mesh_moves)
 }

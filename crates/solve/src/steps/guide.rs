@@ -1,8 +1,8 @@
 //! Equilibria of a run on one mesh, near which those of the same run on another mesh are searched for.
 //!
 //! Nested iteration in every increment (Brandt 1977): the way from one increment to the next takes many iterations on
-//! any mesh. Where it was gone on another one, a few remain. Which equilibrium is reached is then up to the other run, so
-//! this is for trial runs, which ask how fine a mesh has to be.
+//! any mesh. Where it was gone on another one, a few remain. Which equilibrium is reached is then up to the other run,
+//! so this is for trial runs, which ask how fine a mesh has to be.
 
 use crate::start::prolongation::{Places, has_history};
 use std::collections::BTreeMap;

@@ -173,8 +173,8 @@ impl Driver<'_, '_> {
         status
     }
 
-    /// Ends the increment at fraction `b` of a plan, near the guide's equilibrium there. `None`, with the harness where it
-    /// was, if there is none nearby.
+    /// Ends the increment at fraction `b` of a plan, near the guide's equilibrium there. `None`, with the harness where
+    /// it was, if there is none nearby.
     fn follow_guide(&mut self, plan: &Plan, b: f64) -> Option<(Grade, f64)> {
         let near = self.guide.as_ref()?.near(self.log.now(), self.problem.network)?;
         self.before.copy_from(&self.state);

@@ -1,6 +1,6 @@
 //! Part numbers and the like, components, and wires with their signals and cavities: what does not act is kept.
 
-use super::{Location, Reader, Xml, child, child_text, children, words};
+use super::{Location, Reader, Xml, child, child_text, children, is_occurrence, words};
 use std::collections::{HashMap, HashSet};
 use wireloom_core::identity::Identity;
 
@@ -60,28 +60,28 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         self.kept.insert(node.id());
     }
 
-    /// Identity of a part of the file.
+    /// Identity of a part of the file. A core of a cable has the part number of the cable.
     pub(super) fn identity(&mut self, part: Xml<'a, 'i>) -> Identity {
         self.keep(part);
-        // A core of a cable has the part number of the cable.
-        let cable = part.parent().filter(|parent| parent.name() == "General_wire");
-        cable.into_iter().for_each(|cable| self.keep(cable));
-        let of = |name| {
-            let own = child_text(part, name).or_else(|| cable.and_then(|cable| child_text(cable, name)));
-            own.filter(|text| !NOTHING.contains(text)).map(str::to_owned)
-        };
-        Identity {
-            part: of("Part_number"),
-            description: of("Description"),
-            supplier: of("Company_name"),
-            colour: colour(part),
+        if let Some(known) = self.identities.get(&part.id()) {
+            return known.clone();
         }
+        let cable = part.parent().filter(|parent| parent.name() == "General_wire");
+        let cable = cable.map(|cable| self.identity(cable)).unwrap_or_default();
+        let own = |name| child_text(part, name).filter(|text| !NOTHING.contains(text)).map(str::to_owned);
+        let identity = Identity {
+            part: own("Part_number").or(cable.part),
+            description: own("Description").or(cable.description),
+            supplier: own("Company_name").or(cable.supplier),
+            colour: colour(part),
+        };
+        self.identities.insert(part.id(), identity.clone());
+        identity
     }
 
     /// Identity of the part of an occurrence, or of the occurrence that it is a part of.
     pub(super) fn identity_of(&mut self, occurrence: Xml<'a, 'i>) -> Identity {
-        let within = occurrence.ancestors().take_while(|node| node.name() != "Harness");
-        for node in within.collect::<Vec<_>>() {
+        for node in occurrence.around() {
             let Some(part) = self.target(node, "Part").filter(|part| child(*part, "Part_number").is_some()) else {
                 continue;
             };
@@ -125,7 +125,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Occurrences of the part that a node stands in. What stands in an assembly is at each occurrence of it.
     fn holders(&self, node: Xml<'a, 'i>) -> &[Xml<'a, 'i>] {
-        let part = node.parent().filter(|parent| parent.name() != "Harness").and_then(|parent| parent.attribute("id"));
+        let part = node.around().nth(1).and_then(|parent| parent.attribute("id"));
         part.and_then(|id| self.occurrences.get(id)).map_or(&[], Vec::as_slice)
     }
 
@@ -189,8 +189,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     fn end(&mut self, extremity: Xml<'a, 'i>) -> End {
         let mut end = End::default();
         let Some(contact) = self.target(extremity, "Contact_point") else { return end };
-        let around = contact.ancestors().take_while(|node| node.name() != "Harness");
-        end.within = around.filter_map(|node| node.attribute("id")).map(str::to_owned).collect();
+        end.within = contact.around().filter_map(|node| node.attribute("id")).map(str::to_owned).collect();
         let cavity = self.target(contact, "Contacted_cavity");
         end.cavity = cavity.and_then(|cavity| self.cavity_number(cavity));
         let parts = child_text(contact, "Associated_parts").unwrap_or_default();
@@ -221,21 +220,6 @@ fn colour(part: Xml) -> Option<String> {
     let single = ["Housing_colour", "Colour"].into_iter().filter_map(|name| child_text(part, name));
     let all: Vec<&str> = values.chain(single).filter(|colour| !NOTHING.contains(colour)).collect();
     (!all.is_empty()).then(|| all.join("/"))
-}
-
-fn is_occurrence(node: &Xml) -> bool {
-    node.name().ends_with("_occurrence")
-}
-
-/// Occurrences of parts, by the ids of these.
-pub(super) fn occurrences<'a, 'i>(root: Xml<'a, 'i>) -> HashMap<&'a str, Vec<Xml<'a, 'i>>> {
-    let mut of: HashMap<&str, Vec<Xml>> = HashMap::new();
-    for node in root.descendants().filter(is_occurrence) {
-        if let Some(part) = child_text(node, "Part") {
-            of.entry(part).or_default().push(node);
-        }
-    }
-    of
 }
 
 /// The other occurrences that one belongs to: the terminal of a ring terminal's housing, or those of the part that it

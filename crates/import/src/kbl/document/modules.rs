@@ -1,7 +1,7 @@
 //! Modules of a harness and its variants: which parts a car with some of them has.
 
 use super::super::options::{Contents, Module, Selection, Variant};
-use super::{Chosen, ImportError, Reader, Xml, child, child_text, children, position, words};
+use super::{Chosen, ImportError, Read, Reader, Xml, child, child_text, children, position, words, xml};
 use std::collections::{HashMap, HashSet};
 
 /// Modules and variants in the file, with their elements.
@@ -99,13 +99,15 @@ impl<'a, 'i> Known<'a, 'i> {
     }
 }
 
-/// The modules and variants of a file.
-pub(super) fn contents(root: Xml<'_, '_>) -> Contents {
-    let Known { modules, variants, .. } = Known::of(root);
-    Contents {
+/// The modules and variants of a KBL text.
+pub fn contents(text: &str) -> Result<Contents, ImportError> {
+    let file = xml(text)?;
+    let read = Read::nothing_of(&file);
+    let Known { modules, variants, .. } = Known::of(Xml::root(&file, &read));
+    Ok(Contents {
         modules: modules.into_iter().map(|(module, _)| module).collect(),
         variants: variants.into_iter().map(|(variant, _)| variant).collect(),
-    }
+    })
 }
 
 impl<'a, 'i> Reader<'a, 'i, '_> {

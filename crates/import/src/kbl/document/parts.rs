@@ -11,7 +11,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// component box); likewise its place and weight.
     pub(super) fn component(&mut self, component: Xml<'a, 'i>, reference: &str) -> Result<Component, ImportError> {
         let mut placement = None;
-        let within = || component.ancestors().take_while(|node| node.name() != "Harness");
+        let within = || component.around();
         for node in within() {
             placement = self.placement(node)?;
             if placement.is_some() {

@@ -1,15 +1,7 @@
 //! Wires, and the segments through which they run.
 
-use super::{BEND_RADII, DIAMETERS, ImportError, Quantity, Reader, Segment, Wire, Xml, children, title, words};
+use super::{BEND_RADII, DIAMETERS, ImportError, Quantity, Reader, Route, Segment, Wire, Xml, children, title, words};
 use std::collections::HashMap;
-
-/// The way of a wire of the chosen modules.
-pub(super) struct Route<'a, 'i> {
-    routing: Xml<'a, 'i>,
-    wire: Xml<'a, 'i>,
-    /// XML ids, as the file gives them.
-    pub segments: Vec<&'a str>,
-}
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
     /// The ways of all wires of the chosen modules.

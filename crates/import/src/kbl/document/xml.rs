@@ -2,6 +2,7 @@
 
 use crate::kbl::error::ImportError;
 use std::cell::Cell;
+use std::collections::HashMap;
 use std::ops::Deref;
 use wireloom_scenario::Places;
 
@@ -47,6 +48,11 @@ impl<'a, 'i> Xml<'a, 'i> {
     /// Itself, and all around it.
     pub fn ancestors(self) -> impl Iterator<Item = Self> + Clone + use<'a, 'i> {
         self.node.ancestors().map(move |node| self.with(node))
+    }
+
+    /// Itself, and what it stands in, below the harness and the container.
+    pub fn around(self) -> impl Iterator<Item = Self> + Clone + use<'a, 'i> {
+        self.ancestors().take_while(|node| !["Harness", "KBL_container"].contains(&node.name()))
     }
 
     /// The elements in it.
@@ -132,4 +138,19 @@ pub fn title(node: Xml) -> String {
         Some(id) => format!("{} `{id}`", node.name()),
         None => format!("{} (without id)", node.name()),
     }
+}
+
+pub fn is_occurrence(node: &Xml) -> bool {
+    node.name().ends_with("_occurrence")
+}
+
+/// Occurrences of parts, by the ids of these.
+pub fn occurrences<'a, 'i>(root: Xml<'a, 'i>) -> HashMap<&'a str, Vec<Xml<'a, 'i>>> {
+    let mut of: HashMap<&str, Vec<Xml>> = HashMap::new();
+    for node in root.descendants().filter(is_occurrence) {
+        if let Some(part) = child_text(node, "Part") {
+            of.entry(part).or_default().push(node);
+        }
+    }
+    of
 }
