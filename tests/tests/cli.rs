@@ -26,6 +26,7 @@ fn main() -> ExitCode {
         ("compare says what is the same equilibrium, what is not, and why", compare),
         ("compare tries what it is told to in one scenario", compare_variants),
         ("compare shows verdicts side by side, and is JSON for programs", compare_verdicts),
+        ("compare says in which variant of a KBL file a constraint has its largest force", compare_of_kbl),
         ("--quiet prints nothing", quiet),
         ("not converging ends with 2, and all is written", not_converged),
         ("a folder that cannot be made ends with 3, before any work", unwritable),
@@ -259,6 +260,64 @@ fn compare_variants() -> Checked {
     ensure(ended.err.contains("did you mean `length`?"), &ended)?;
     let ended = place.run(&["compare", "s.toml", "s.toml", "--segments", "1,2"])?.expect(1)?;
     ensure(ended.err.contains("need one scenario"), &ended)
+}
+
+/// The small harness with a module on its left and one on its right.
+const MODULES: &str = r#"<Module id="mod1"><Part_number>L</Part_number><Module_configuration id="mod1c">
+<Controlled_components>w1 w4 plugB spliceS</Controlled_components></Module_configuration></Module>
+<Module id="mod2"><Part_number>R</Part_number><Module_configuration id="mod2c">
+<Controlled_components>c2 wc clip tape1</Controlled_components></Module_configuration></Module>
+<Harness_configuration id="v1"><Part_number>plain</Part_number><Modules>mod2</Modules></Harness_configuration>
+<Harness_configuration id="v2"><Part_number>full</Part_number><Modules>mod1 mod2</Modules></Harness_configuration>
+<Harness_configuration id="v3"><Part_number>none</Part_number><Modules></Modules></Harness_configuration>
+</Harness>"#;
+
+fn compare_of_kbl() -> Checked {
+    let place = Place::new()?;
+    let small = fs::read_to_string(root().join("crates/import/tests/small.kbl"))?;
+    place.file("small.kbl", &small)?;
+    place.file("h.kbl", small.replacen("</Harness>", MODULES, 1))?;
+    // Those that have modules, in the order of the file.
+    place.run(&["compare", "h.kbl", "--json", "--out", "c.json"])?.expect(0)?;
+    let document: Value = place.json("c.json")?;
+    let names: Vec<&str> =
+        document["results"].as_array().ok_or("results")?.iter().filter_map(|r| r["name"].as_str()).collect();
+    ensure(names == ["plain", "full"], &document["results"])?;
+    let forces = document["forces"].as_array().ok_or("forces")?;
+    let most = |own: &Value| own["force"].as_f64().unwrap_or(-1.0);
+    ensure(!forces.is_empty() && forces.windows(2).all(|two| most(&two[0]) >= most(&two[1])), &document["forces"])?;
+    for own in forces {
+        let of = own["of"].as_object().ok_or("of")?;
+        let largest = of.values().filter_map(Value::as_f64).fold(0.0, f64::max);
+        ensure(most(own) == largest && own["result"].as_str().is_some_and(|result| of[result] == largest), own)?;
+    }
+    ensure(forces.iter().any(|own| own["of"].get("plain").is_none()), "what the left module has acts in `full` alone")?;
+    // They are those of the variant that is imported and run by itself.
+    place.run(&["import", "kbl", "h.kbl", "--variant", "full", "-o", "full.toml"])?.expect(0)?;
+    place.run(&["run", "full.toml", "--out", "full", "--quiet"])?;
+    let result: Value = place.json("full/result.json")?;
+    let end = result["steps"].as_array().and_then(|steps| steps.last()).ok_or("steps")?;
+    let acting = end["constraints"].as_object().ok_or("constraints")?;
+    ensure(acting.len() == forces.iter().filter(|own| own["of"].get("full").is_some()).count(), acting.len())?;
+    for (name, own) in acting {
+        let force: Vec<f64> = serde_json::from_value(own["force"].clone())?;
+        let found = forces.iter().find(|of| of["constraint"] == name.as_str()).ok_or("a force")?;
+        let norm = force.iter().map(|x| x * x).sum::<f64>().sqrt();
+        ensure(found["of"]["full"].as_f64().is_some_and(|of| (of - norm).abs() <= 1e-9 * norm.max(1.0)), found)?;
+    }
+    let ended = place.run(&["compare", "h.kbl", "--report", "r.html"])?.expect(0)?;
+    ensure(ended.out.contains("largest force [N]") && ended.err.contains("full: "), &ended)?;
+    ensure(fs::read_to_string(place.path("r.html"))?.contains("Forces of constraints"), "the page has them")?;
+    for (arguments, words) in [
+        (&["h.kbl", "--variants", "plain"][..], "two or more --variants"),
+        (&["small.kbl"], "two or more --variants"),
+        (&["h.kbl", "--variants", "plain,fool"], "there is no variant \"fool\""),
+        (&["h.kbl", "small.kbl", "--variants", "plain,full"], "--variants chooses modules of one KBL file"),
+    ] {
+        let ended = place.run(&[&["compare"], arguments].concat())?.expect(1)?;
+        ensure(ended.err.contains(words), &ended)?;
+    }
+    Ok(())
 }
 
 fn default_folder() -> Checked {

@@ -543,10 +543,14 @@ pub struct ProcessArguments {
 
 #[derive(Args)]
 pub struct CompareArguments {
-    /// Folders with results, result.json files, or scenarios (.toml)
+    /// Folders with results, result.json files, scenarios (.toml), or one KBL file (.kbl, .xml): the variants of its
+    /// harness, as installed
     #[arg(required = true, value_name = "DIR|FILE")]
     pub inputs: Vec<PathBuf>,
-    /// Run the one scenario given with each of these models for all its joints
+    /// Of a KBL file: take these variants instead of all that have modules
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub variants: Vec<String>,
+    /// Run the one scenario given (or each variant) with each of these models for all its joints
     #[arg(long, value_name = "MODELS", value_delimiter = ',')]
     pub joint: Vec<String>,
     /// ... with each of these rods for all its branches

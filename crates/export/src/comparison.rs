@@ -6,9 +6,11 @@
 //! the parts of the harness with more than one shape, and [`Group::reasons`] possible causes.
 
 mod convergence;
+mod forces;
 pub(crate) mod shape;
 
 pub use convergence::{Trend, convergence};
+pub use forces::{Forces, forces};
 
 use crate::ending::{ConstraintEnd, Ending};
 use shape::Gap;

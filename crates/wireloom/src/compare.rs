@@ -18,7 +18,8 @@
 use wireloom_core::equilibrium::Run;
 
 pub use wireloom_export::comparison::{
-    BranchDifference, Case, Comparison, ConstraintDifference, Difference, Group, Part, Reason, Trend, Way, convergence,
+    BranchDifference, Case, Comparison, ConstraintDifference, Difference, Forces, Group, Part, Reason, Trend, Way,
+    convergence, forces,
 };
 pub use wireloom_export::ending::{BranchEnd, Closed, ConstraintEnd, Ending};
 

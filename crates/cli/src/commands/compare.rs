@@ -28,22 +28,34 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     let variants = variants::variants(arguments)?;
     let trust = Trust::to_run(&arguments.allowed);
     let refused = |message: &str| Err(Failure::Input(message.into()));
+    if !arguments.variants.is_empty() && !matches!(&arguments.inputs[..], [file] if is_kbl(file)) {
+        return refused("--variants chooses modules of one KBL file (.kbl, .xml)");
+    }
     let bar = Bar::new("reading", !arguments.quiet && arguments.trace.verbose == 0);
     let mut trace = Trace::begin(&arguments.trace)?;
+    let mut wanted = arguments.inputs.len().max(variants.len());
     let cases = match (&arguments.inputs[..], variants.len()) {
+        ([file], _) if is_kbl(file) => {
+            let all = variants::of_file(file, &arguments.variants)?;
+            wanted = all.len() * variants.len().max(1);
+            if wanted < 2 {
+                return refused("nothing to compare it with: give two or more --variants");
+            }
+            let trials = all.into_iter().map(|(name, text)| (name, Some(text)));
+            tried(file, &trials.collect::<Vec<_>>(), &variants, &trust, &bar)?
+        }
         ([_], 0 | 1) => {
             return refused(
                 "nothing to compare it with: \
                  give two or more folders or scenarios, or options such as --segments 20,40,80",
             );
         }
-        ([file], _) if is_scenario(file) => tried(file, &variants, &trust, &bar)?,
+        ([file], _) if is_scenario(file) => tried(file, &[(String::new(), None)], &variants, &trust, &bar)?,
         (_, 0) => gathered(&arguments.inputs, &trust, &bar)?,
         _ => return refused("options such as --segments need one scenario (.toml), not results or several scenarios"),
     };
     drop(bar);
     trace.finish()?;
-    let wanted = arguments.inputs.len().max(variants.len());
     let interrupted = cases.len() < wanted;
     if interrupted && !arguments.json {
         writeln!(out, "interrupted: {} of {wanted} runs are complete\n", cases.len())
@@ -59,7 +71,8 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     let comparison = Comparison::of(&cases, reference, arguments.tolerance);
     let trends = trends(arguments, &cases);
     let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
-        && arguments.segments.is_empty();
+        && arguments.segments.is_empty()
+        && !arguments.inputs.iter().any(|input| is_kbl(input));
     // Results are printed before the file is written, which may fail.
     let print = |mut out: &mut dyn Write| {
         if arguments.json {
@@ -101,6 +114,10 @@ fn is_scenario(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
 }
 
+fn is_kbl(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| ["kbl", "xml"].iter().any(|kbl| extension.eq_ignore_ascii_case(kbl)))
+}
+
 /// Convergence under mesh refinement, where three or more meshes are compared and nothing else.
 fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
     if arguments.segments.len() < 3 || arguments.segments.len() != cases.len() {
@@ -112,14 +129,30 @@ fn trends(arguments: &CompareArguments, cases: &[Case]) -> Vec<Trend> {
     convergence(&meshes)
 }
 
-/// One scenario with each of the variants, until an interruption. All are checked before the first is carried out.
-fn tried(file: &Path, variants: &[Variant], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, Failure> {
-    let loaded = variants.iter().map(|variant| load::scenario(file, &variant.settings, trust));
-    let loaded = loaded.collect::<Result<Vec<_>, _>>()?;
+/// Each of the texts, or that of the file, with each of the variants, until an interruption. All are checked before the
+/// first is carried out.
+fn tried(
+    file: &Path,
+    texts: &[(String, Option<String>)],
+    variants: &[Variant],
+    trust: &Trust,
+    bar: &Bar,
+) -> Result<Vec<Case>, Failure> {
+    let as_it_is = [Variant::default()];
+    let variants = if variants.is_empty() { &as_it_is[..] } else { variants };
+    let mut loaded = Vec::new();
+    for (name, text) in texts {
+        for variant in variants {
+            let text = text.clone().map_or_else(|| load::text(file), Ok)?;
+            let names = [name.as_str(), &variant.name].into_iter().filter(|name| !name.is_empty());
+            loaded
+                .push((names.collect::<Vec<_>>().join(", "), load::scenario_of(file, text, &variant.settings, trust)?));
+        }
+    }
     interrupt::listen();
-    let cases = loaded.into_iter().zip(variants).map(|(loaded, variant)| {
-        let ended = carry_out(loaded, &variant.name, bar)?;
-        ended.map(|ending| case(variant.name.clone(), ending)).transpose()
+    let cases = loaded.into_iter().map(|(name, loaded)| {
+        let ended = carry_out(loaded, &name, bar)?;
+        ended.map(|ending| case(name, ending)).transpose()
     });
     until_interrupted(cases)
 }

@@ -3,7 +3,7 @@
 use crate::print::table::{Columns, ROWS};
 use crate::print::text::{counted, printable, time};
 use std::io::{self, Write};
-use wireloom::compare::{BranchDifference, Case, Comparison, Part, Trend};
+use wireloom::compare::{BranchDifference, Case, Comparison, Part, Trend, forces};
 use wireloom::export::sheet;
 use wireloom::result::RequirementResult;
 
@@ -18,6 +18,9 @@ pub fn print(
     endings(cases, out)?;
     requirements(cases, out)?;
     outputs(cases, out)?;
+    if !alike {
+        forces_of_constraints(cases, out)?;
+    }
     differences(cases, comparison, out)?;
     branches(comparison, out)?;
     convergence(trends, out)?;
@@ -82,6 +85,25 @@ fn requirements(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
     table.print(out)?;
     if open.len() > ROWS {
         writeln!(out, "({} more besides)\n", counted(open.len() - ROWS, "requirement", "requirements"))?;
+    }
+    Ok(())
+}
+
+/// Largest forces of constraints, the results side by side.
+fn forces_of_constraints(cases: &[Case], out: &mut dyn Write) -> io::Result<()> {
+    let all = forces(cases);
+    let headings = ["constraint", ">largest force [N]", "in"].map(str::to_owned);
+    let of_cases = cases.iter().map(|case| format!(">{} [N]", case.name));
+    let mut table = Columns::new(headings.into_iter().chain(of_cases));
+    let newtons = |force: f64| format!("{force:.2}");
+    for own in all.iter().take(ROWS) {
+        let cells = own.of.iter().map(|force| force.map_or("–".to_owned(), newtons));
+        let largest = [own.constraint.clone(), newtons(own.most()), cases[own.largest].name.clone()];
+        table.row(largest.into_iter().chain(cells));
+    }
+    table.print(out)?;
+    if all.len() > ROWS {
+        writeln!(out, "({} with smaller forces)\n", counted(all.len() - ROWS, "more constraint", "more constraints"))?;
     }
     Ok(())
 }

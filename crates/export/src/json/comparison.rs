@@ -6,6 +6,7 @@
 //! | `tolerance` | distance of shapes that are the same, m |
 //! | `results` | of each its last equilibrium and its sheet |
 //! | `differences` | of each from the reference |
+//! | `forces` | of each constraint the largest `force` (N), the `result` that has it, and those `of` all results |
 //! | `groups` | `results` that ended in the same equilibrium, and `reasons` why it is not that of the reference |
 //!
 //! A result has its `name`, `status`, `verdict`, `requirements` (as in `result.json`), `stable`, `energy` (J),
@@ -16,7 +17,7 @@
 
 use super::document::Requirement;
 use super::values::SCHEMA;
-use crate::comparison::{Case, Comparison, Difference, Group};
+use crate::comparison::{Case, Comparison, Difference, Group, forces};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
@@ -32,12 +33,22 @@ pub fn write_comparison(cases: &[Case], comparison: &Comparison, out: &mut impl 
         let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
         json!({ "results": cases.iter().map(|k| name(*k)).collect::<Vec<_>>(), "reasons": reasons })
     };
+    let forces = forces(cases).into_iter().map(|own| {
+        let acting = own.of.iter().enumerate().filter_map(|(k, force)| Some((name(k).to_owned(), json!((*force)?))));
+        json!({
+            "constraint": own.constraint,
+            "result": name(own.largest),
+            "force": own.most(),
+            "of": acting.collect::<serde_json::Map<_, _>>(),
+        })
+    });
     let document = json!({
         "schema": SCHEMA,
         "reference": name(comparison.reference),
         "tolerance": comparison.tolerance,
         "results": results,
         "differences": differences.collect::<Vec<Value>>(),
+        "forces": forces.collect::<Vec<Value>>(),
         "groups": comparison.groups.iter().map(group).collect::<Vec<Value>>(),
     });
     serde_json::to_writer_pretty(&mut *out, &document)?;

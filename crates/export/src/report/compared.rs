@@ -2,7 +2,7 @@
 
 use super::layout::{OPEN, fixed, heading, millimetres, radius};
 use super::{plots, style};
-use crate::comparison::{BranchDifference, Case, Comparison, Trend};
+use crate::comparison::{BranchDifference, Case, Comparison, Trend, forces};
 use crate::ending::{BranchEnd, Ending};
 use crate::{picture, sheet};
 use base64::Engine;
@@ -63,6 +63,7 @@ fn page(compared: &ComparisonPage<'_>) -> Markup {
                     h2 { "Shapes" }
                     img alt="all shapes over each other" src={ "data:image/svg+xml;base64," (source) };
                 }
+                @if !compared.alike { (forces_of_constraints(compared.cases)) }
                 (differences(compared))
                 (convergence(compared.trends))
                 @if compared.alike { (equilibria(compared)) }
@@ -132,6 +133,34 @@ fn requirements(cases: &[Case]) -> Markup {
                                 Some(line) => td class=[sheet::is_open(line).then_some("bad")] { (sheet::brief(line)) },
                                 None => td { "–" },
                             }
+                        }
+                    } } }
+                }
+            }
+        }
+    }
+}
+
+/// Forces of constraints, the results side by side.
+fn forces_of_constraints(cases: &[Case]) -> Markup {
+    let all = forces(cases);
+    html! {
+        @if !all.is_empty() {
+            section id="forces" {
+                h2 { "Forces of constraints" }
+                table {
+                    thead { tr {
+                        th { "constraint" }
+                        th class="n" { "largest [N]" }
+                        th { "in" }
+                        @for k in 0..cases.len() { th class="n" { (name(cases, k)) } }
+                    } }
+                    tbody { @for own in &all { tr {
+                        td { (own.constraint) }
+                        td class="n" { (fixed(own.most(), 2)) }
+                        td { (name(cases, own.largest)) }
+                        @for force in &own.of {
+                            td class="n" { @if let Some(force) = force { (fixed(*force, 2)) } @else { "–" } }
                         }
                     } } }
                 }
