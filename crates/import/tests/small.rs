@@ -943,3 +943,13 @@ fn a_root_that_is_a_joint_is_held_at_its_point() {
         assert_eq!((root["kind"].as_str(), root["at"].get("joint").is_some()), (Some("handle"), true), "{root:?}");
     }
 }
+
+/// It was left out without a word, with what sits at it.
+#[test]
+fn a_node_at_which_no_segment_ends_is_told() {
+    let lone = "<Node id=\"lone\"><Id>L</Id><Cartesian_point>p1</Cartesian_point></Node>\n  <Harness";
+    let findings = imported(&with("<Harness", lone)).findings;
+    let told = findings.iter().find(|own| own.what == "no segment ends at a node; left out");
+    assert_eq!(told.map(|own| own.items.clone()), Some(vec!["lone".to_owned()]), "{findings:?}");
+    assert!(imported(SMALL).findings.iter().all(|own| !own.what.contains("no segment ends")));
+}

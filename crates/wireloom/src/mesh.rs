@@ -90,7 +90,7 @@ pub enum Next {
     Trial,
     /// The run itself, on the mesh that was found: no further trial is made.
     Run,
-    /// Nothing: the mesh of the first trial run is fine enough, so that it is the run itself.
+    /// Nothing: the mesh of the trial run is fine enough, and the run goes as that did, so that it is the run itself.
     Done,
 }
 
@@ -167,7 +167,10 @@ impl Adaptation {
         let runs = if *trials == 1 { "1 trial run".to_owned() } else { format!("{trials} trial runs") };
         let error = self.reached.map_or_else(
             || "the sheet says what error is left".to_owned(),
-            |error| format!("largest estimated error of a bend radius that matters {:.2} %", 1e2 * error),
+            |error| {
+                let of = if self.guide().is_some() { " in the last of them" } else { "" };
+                format!("largest estimated error of a bend radius that matters{of} {:.2} %", 1e2 * error)
+            },
         );
         format!(
             "mesh for an accuracy of {} %: {} segments of {:.2} to {:.2} mm after {runs}; {error}",

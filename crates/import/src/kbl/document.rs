@@ -462,12 +462,19 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         root: Xml<'a, 'i>,
         segments: &[Xml<'a, 'i>],
     ) -> Result<(Vec<Node>, HashMap<&'a str, usize>), ImportError> {
-        let ends = segments.iter().flat_map(|own| ["Start_node", "End_node"].map(|name| child_text(*own, name)));
-        let ends: HashSet<&str> = ends.flatten().collect();
-        let is_end = |node: &Xml| node.attribute("id").is_none_or(|id| ends.contains(id));
+        let ends =
+            |own: Xml<'a, 'i>| ["Start_node", "End_node"].map(|name| child_text(own, name)).into_iter().flatten();
+        let read: HashSet<&str> = segments.iter().flat_map(|own| ends(*own)).collect();
+        let of_all: HashSet<&str> = children(root, "Segment").flat_map(ends).collect();
         let (mut nodes, mut index) = (Vec::new(), HashMap::new());
-        for node in children(root, "Node").filter(is_end) {
+        for node in children(root, "Node") {
             let id = id(node)?;
+            if !read.contains(id.as_str()) {
+                if !of_all.contains(id.as_str()) {
+                    self.findings.add_to("no segment ends at a node; left out", &id);
+                }
+                continue;
+            }
             let point = self.required(
                 node,
                 "Cartesian_point",

@@ -36,13 +36,8 @@ pub(super) fn keep(
     let of: HashMap<&str, usize> =
         constraints.iter().enumerate().filter_map(|(k, own)| Some((own.of.as_deref()?, k))).collect();
     let constraint_of = |listed: &Listed| listed.ids.iter().find_map(|id| of.get(id.as_str()).copied());
-    // A node at which no segment ends is no vertex of the scenario.
-    let ends: HashSet<usize> = document.segments.iter().flat_map(|segment| segment.ends).collect();
     let mut known = Known {
-        vertices: (document.nodes.iter().zip(vertices).enumerate())
-            .filter(|(node, _)| ends.contains(node))
-            .map(|(_, (node, name))| (node.id.as_str(), name.as_str()))
-            .collect(),
+        vertices: (document.nodes.iter().zip(vertices)).map(|(node, name)| (node.id.as_str(), name.as_str())).collect(),
         branches: (document.segments.iter().zip(branches))
             .map(|(segment, (name, length))| (segment.id.as_str(), (name.as_str(), *length)))
             .collect(),

@@ -20,13 +20,14 @@ use crate::format::form::{Form, Keys};
 use crate::format::keys;
 use branches::{add_arm, end_becomes_joint, spacing};
 use delete::{forget_connectors, forget_constraint, of_steps, remove_branch, requirements, wait_in_empty_steps};
-use entries::{append, drop_empty_lists, is, names, refused, remove_in, retain, unknown, unused, vertices};
+use entries::{append, drop_empty_lists, is, list, names, refused, remove_in, retain, unknown, unused, vertices, word};
 use part::BEGINNINGS;
 pub use part::Part;
 use rename::rename;
 use split::split;
 use std::collections::BTreeSet;
-use toml_edit::{InlineTable, Item, Value};
+use toml_edit::{DocumentMut, InlineTable, Item, Value};
+use wildmatch::WildMatch;
 
 /// A branch to be added.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,8 +102,32 @@ pub fn renamed(text: &str, part: Part, from: &str, to: &str) -> Result<String, F
         let message = format!("there is already a {} \"{to}\"", part.word());
         return Err(refused(text, message, "choose another name"));
     }
+    refuse_patterns(text, &mut document, part, from, to)?;
     rename(&mut document, part, from, to);
     Ok(document.to_string())
+}
+
+/// Refuses a new name by which a pattern of a requirement would have one part more or less: a failed one could pass.
+fn refuse_patterns(text: &str, document: &mut DocumentMut, part: Part, from: &str, to: &str) -> Result<(), Fault> {
+    for own in list(document.as_table_mut(), "requirements") {
+        let name = word(own, "name").unwrap_or_default().to_owned();
+        for key in ["of", "between"] {
+            for place in list(own, key) {
+                let pattern = word(place, part.list()).filter(|pattern| *pattern != from);
+                let fits = |name: &str| pattern.is_some_and(|pattern| WildMatch::new(pattern).matches(name));
+                if fits(from) != fits(to) {
+                    let pattern = pattern.unwrap_or_default();
+                    let (one, other) = if fits(from) { (from, to) } else { (to, from) };
+                    let message = format!(
+                        "requirement \"{name}\" is about {} like \"{pattern}\": \"{one}\", and not \"{other}\"",
+                        part.list()
+                    );
+                    return Err(refused(text, message, "choose another name, or name them one by one there first"));
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The text without a part, and without everything that is of no use without it: the constraints on a branch, the

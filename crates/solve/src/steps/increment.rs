@@ -179,16 +179,22 @@ impl Driver<'_, '_> {
         let near = self.guide.as_ref()?.near(self.log.now(), self.problem.network)?;
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
+        // A monitor follows turns from one equilibrium to the next: this one is not reached in small turns.
+        let twist_monitor = self.twist_monitor.replace(TwistMonitor::new(self.problem.network));
         plan.apply(&mut self.problem, b);
         self.place_near(near);
         self.settle_points();
         let status = self.solve();
-        if status == Status::Converged || self.is_over() {
+        let found = status == Status::Converged && self.lost_twist.is_empty() && self.fault.is_none();
+        if found || self.problem.monitor.is_stopped() {
             self.update_operations(plan, b);
             return Some((status, b));
         }
+        // A part that cannot continue from there may do so on its own way.
+        self.fault = None;
         self.go_back(&began);
         self.lost_twist.clear();
+        self.twist_monitor = twist_monitor;
         None
     }
 

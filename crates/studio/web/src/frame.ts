@@ -27,6 +27,12 @@ export function branchOf(scene: Scene, name: string): number {
   return scene.branches.findIndex((branch) => branch.name === name);
 }
 
+/** An arc length within a branch; null: the branch is not as long. Arc lengths of nodes have 24 bits: the last may be a little longer. */
+export function within(scene: Scene, branch: number, s: number): number | null {
+  const { length } = scene.branches[branch];
+  return s > length * (1 + 1e-6) ? null : Math.min(s, length);
+}
+
 /** Which nodes belong to which branch: the first of each, and one behind the last of all. */
 export function firstNodes(scene: Scene): number[] {
   const first = [0];

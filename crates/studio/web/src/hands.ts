@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 import { place, type Bodies } from "./bodies";
 import { Emitter } from "./emitter";
-import { along, branchOf, Column, firstNodes } from "./frame";
+import { along, branchOf, Column, firstNodes, within } from "./frame";
 import type { Link } from "./link";
 import { pickCable, type CablePoint } from "./pick";
 import { FLOATS, type Constraint, type ConstraintFrame, type Holding, type Placed } from "./protocol";
@@ -465,7 +465,8 @@ export class Hands extends Emitter<Events> {
     if (!scene) return null;
     if (this.chosen?.is === "point") {
       const branch = branchOf(scene, this.chosen.branch);
-      return branch < 0 || this.chosen.s > scene.branches[branch].length ? null : { branch, s: this.chosen.s };
+      const s = branch < 0 ? null : within(scene, branch, this.chosen.s);
+      return s === null ? null : { branch, s };
     }
     const constraint = this.constraint();
     if (!constraint?.place) return null;

@@ -1,7 +1,7 @@
 // What helps to look at a harness: parts by name, shown and hidden; a cut through everything; measures between chosen places.
 import * as THREE from "three";
 import { element } from "./dom";
-import { along, branchOf, Column, firstNodes, valueAt, type Frame } from "./frame";
+import { along, branchOf, Column, firstNodes, valueAt, within, type Frame } from "./frame";
 import type { Hands } from "./hands";
 import { FLOATS, type Scene } from "./protocol";
 import type { Store } from "./store";
@@ -250,7 +250,8 @@ export class Inspect {
 /** Where a place is among the branches of a scene; null: it has no such branch, or one that is not as long. */
 function pointOf({ on }: Place, scene: Scene): { branch: number; s: number } | null {
   const branch = on ? branchOf(scene, on.branch) : -1;
-  return on && branch >= 0 && on.s <= scene.branches[branch].length ? { branch, s: on.s } : null;
+  const s = on && branch >= 0 ? within(scene, branch, on.s) : null;
+  return s === null ? null : { branch, s };
 }
 
 /** Direction of a branch, from its start to its end. */

@@ -40,7 +40,7 @@ impl FileStorage {
     /// Name of the file, if another program has changed it since it was read, written or told of.
     pub fn changed_outside(&self) -> Option<String> {
         let mut disk = self.disk();
-        let text = load::text(&disk.path).ok()?;
+        let text = load::text(&disk.place).ok()?;
         if text == disk.known {
             disk.told = None;
             return None;
@@ -90,10 +90,10 @@ impl Storage for FileStorage {
     fn store(&mut self, text: &str, name: Option<&str>, replace: bool) -> Result<String, StoreError> {
         let mut disk = self.disk();
         let Some(name) = name.filter(|name| *name != disk.name()) else {
-            let changed = match load::text(&disk.path) {
+            let changed = match load::text(&disk.place) {
                 Ok(there) => there != disk.known && there != text,
                 // It was removed: then it is written anew. What cannot be read is not replaced unasked.
-                Err(_) => disk.path.exists(),
+                Err(_) => disk.place.exists(),
             };
             if changed && !replace {
                 return Err(StoreError::Changed { name: disk.name() });
@@ -111,7 +111,7 @@ impl Storage for FileStorage {
     }
 
     fn read(&self) -> Result<String, Refusal> {
-        let text = load::text(&self.path());
+        let text = load::text(&self.disk().place);
         text.map_err(|failure| Refusal::new(failure.to_string(), "save the scenario to write it anew"))
     }
 
@@ -189,6 +189,24 @@ mod tests {
         assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
         assert_eq!(fs::read_to_string(&path).expect("a file"), "a = 2");
         assert_eq!(fs::metadata(&path).expect("there").permissions().mode() & 0o777, 0o640);
+    }
+
+    /// What was read and compared was where the link led then, and what was replaced where it had led before.
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_is_set_anew_replaces_nothing_unasked() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [one, two, link] = ["one.toml", "two.toml", "link.toml"].map(|name| folder.path().join(name));
+        fs::write(&one, "a = 1").expect("written");
+        fs::write(&two, "a = 2").expect("written");
+        std::os::unix::fs::symlink(&one, &link).expect("a link");
+        let mut storage = FileStorage::new(&link, "a = 1");
+        fs::remove_file(&link).expect("removed");
+        std::os::unix::fs::symlink(&two, &link).expect("a link");
+        assert_eq!(storage.read().as_deref(), Ok("a = 1"), "the file that is open");
+        fs::write(&one, "a = 3").expect("written");
+        assert_eq!(storage.store("a = 4", None, false), Err(StoreError::Changed { name: "link.toml".to_owned() }));
+        assert_eq!([&one, &two].map(|path| fs::read_to_string(path).expect("a file")), ["a = 3", "a = 2"]);
     }
 
     /// The text went to where a link led, out of the folder.

@@ -45,7 +45,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                     self.keep(dimension);
                 }
                 // One without wires of the chosen modules.
-                [one] if is_segment(one) => {}
+                [one] if is_segment(one) => {
+                    self.left_out.insert(dimension.id());
+                }
                 _ => self
                     .findings
                     .add_to("tolerances of dimensions that are not those of one segment; not used", title(dimension)),

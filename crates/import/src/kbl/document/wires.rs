@@ -25,7 +25,6 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             };
             let segments = words(routing, "Segments").collect();
             if let Some(wire) = wire {
-                self.mark(routing);
                 routes.push(Route { routing, wire, segments });
             }
         }
@@ -55,8 +54,10 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let wire_id = wire.attribute("id").unwrap_or_default();
             if run.is_empty() {
                 self.findings.add_to("wires are routed through no segment; they are not counted", wire_id);
+                self.keep(routing);
                 continue;
             }
+            self.mark(routing);
             let meet = |a: usize, b: usize| segments[a].ends.iter().any(|end| segments[b].ends.contains(end));
             if run.windows(2).any(|pair| !meet(pair[0], pair[1])) {
                 self.findings.add_to(

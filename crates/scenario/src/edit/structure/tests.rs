@@ -105,6 +105,21 @@ fn message(result: Result<String, Fault>) -> String {
     result.map(|text| format!("taken: {text}")).unwrap_or_else(|fault| format!("{} - {}", fault.message, fault.help))
 }
 
+/// A pattern lost the branch that failed, and the requirement passed.
+#[test]
+fn a_name_that_a_pattern_does_not_fit_any_more_is_refused() {
+    let of = |pattern: &str| {
+        let keys = format!("quantity = \"bend_radius\"\nof = {{ branches = \"{pattern}\" }}\nmin = 0.05");
+        format!("{TEXT}\n[[requirements]]\nname = \"bends\"\n{keys}\n")
+    };
+    let said = |pattern: &str, to: &str| message(renamed(&of(pattern), Part::Branch, "trunk", to));
+    let lost = "requirement \"bends\" is about branches like \"tr*\": \"trunk\", and not \"main\"";
+    assert!(said("tr*", "main").contains(lost), "{}", said("tr*", "main"));
+    assert!(said("ma*", "main").contains("like \"ma*\": \"main\", and not \"trunk\""), "{}", said("ma*", "main"));
+    assert!(said("tr*", "trunk 2").starts_with("taken"), "{}", said("tr*", "trunk 2"));
+    assert!(said("trunk", "main").contains("branches = \"main\""), "{}", said("trunk", "main"));
+}
+
 #[test]
 fn a_part_is_renamed_wherever_it_is_meant_and_nowhere_else() {
     let text = renamed(TEXT, Part::Branch, "trunk", "main.1").expect("a branch");

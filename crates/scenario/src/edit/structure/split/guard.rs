@@ -1,4 +1,6 @@
-//! What a split would give another meaning is refused: it could turn a failed requirement into one that passes.
+//! What a split would give another meaning is refused: it could turn a failed requirement of the text into one that
+//! passes. What every harness must keep (its spans are long enough and do not buckle) goes by the branches that there
+//! are then.
 
 use super::super::entries::{each_table, is, list, refused, word};
 use super::super::lengths::metres;
@@ -7,7 +9,7 @@ use crate::edit::key_path::{self, Part};
 use crate::edit::record::{as_json, index_of};
 use crate::fault::Fault;
 use serde_json::Value as Json;
-use toml_edit::{DocumentMut, TableLike};
+use toml_edit::{DocumentMut, Item, TableLike};
 use wildmatch::WildMatch;
 
 /// Quantities of a branch as a whole, whichever part of it a requirement names.
@@ -15,6 +17,7 @@ const OF_WHOLE: [&str; 3] = ["contact_force", "reach", "turns"];
 
 pub(super) fn refuse_what_changes(text: &str, document: &mut DocumentMut, split: &Split<'_>) -> Result<(), Fault> {
     refuse_places(text, document, split)?;
+    refuse_moving_limit(text, document, split)?;
     // Those that will be two.
     let mut doubled = Vec::new();
     for own in list(document.as_table_mut(), "requirements") {
@@ -59,6 +62,23 @@ fn refuse_places(text: &str, document: &mut DocumentMut, split: &Split<'_>) -> R
     found.map_or(Ok(()), |(message, help)| Err(refused(text, message, help)))
 }
 
+/// Refuses a limit of bends while the branch moves: it counts as moving, or not, as a whole.
+fn refuse_moving_limit(text: &str, document: &DocumentMut, split: &Split<'_>) -> Result<(), Fault> {
+    const LIMIT: &str = "min_bend_radius_moving";
+    let branches = document.get("branches").and_then(Item::as_array_of_tables);
+    let own = branches.and_then(|all| all.iter().find(|own| word(*own, "name") == Some(split.branch)));
+    let Some(section) = own.and_then(|own| word(own, "section")) else { return Ok(()) };
+    let keys = document.get("sections").and_then(|all| all.get(section)).and_then(Item::as_table_like);
+    if keys.is_some_and(|keys| keys.contains_key(LIMIT)) {
+        let message = format!(
+            "section \"{section}\" has `{LIMIT}`, and branch \"{}\" counts as moving, or not, as a whole",
+            split.branch
+        );
+        return Err(refused(text, message, "remove it, split the branch, and write it anew"));
+    }
+    Ok(())
+}
+
 /// What a split does to a requirement.
 enum Effect {
     /// It means what it meant.
@@ -72,7 +92,8 @@ enum Effect {
 fn requirement(own: &mut dyn TableLike, split: &Split<'_>) -> Effect {
     let Split { branch, second, .. } = *split;
     let quantity = word(own, "quantity").unwrap_or_default().to_owned();
-    let ends = OF_WHOLE.contains(&quantity.as_str());
+    // A branch counts as moving, or not, as a whole.
+    let ends = OF_WHOLE.contains(&quantity.as_str()) || own.contains_key("motion");
     // Of a part of a branch, but not of its halves: a chord, and a distance that the nearest place alone must keep.
     let whole = ends || quantity == "slack" || quantity == "clearance" && own.contains_key("max");
     let as_a_whole = || {
@@ -80,7 +101,11 @@ fn requirement(own: &mut dyn TableLike, split: &Split<'_>) -> Effect {
         Effect::Changed(how, "remove it, split the branch, and require it of each part")
     };
     if !own.contains_key("of") && !own.contains_key("between") {
-        return if matches!(quantity.as_str(), "reach" | "slack" | "turns") { as_a_whole() } else { Effect::Kept };
+        return if own.contains_key("motion") || matches!(quantity.as_str(), "reach" | "slack" | "turns") {
+            as_a_whole()
+        } else {
+            Effect::Kept
+        };
     }
     let mut across = 0;
     for key in ["of", "between"] {

@@ -153,6 +153,10 @@ fn a_requirement_on_a_branch_as_a_whole_refuses_the_split() {
         ("quantity = \"clearance\"\nof = { branch = \"trunk\" }\nmax = 0.1", true),
         ("quantity = \"turns\"\nof = { branch = \"left\" }\nmax = 1.5", false),
         ("quantity = \"tension\"\nmax = 4", false),
+        ("quantity = \"bend_radius\"\nof = { branch = \"trunk\" }\nmin = 0.05\nmotion = \"moving\"", true),
+        ("quantity = \"bend_radius\"\nof = { branches = \"t*\" }\nmin = 0.05\nmotion = \"moving\"", true),
+        ("quantity = \"bend_radius\"\nmin = 0.05\nmotion = \"moving\"", true),
+        ("quantity = \"bend_radius\"\nof = { branch = \"left\" }\nmin = 0.05\nmotion = \"moving\"", false),
     ] {
         let said = message(split_trunk(&requirement("r", keys)));
         assert_eq!(said.contains("of branch \"trunk\" as a whole"), refuses, "{keys}: {said}");
@@ -228,4 +232,13 @@ fn a_wire_runs_through_both_halves_in_their_order() {
     ] {
         assert!(text.contains(&wire(name, way)), "{name}: {text}");
     }
+}
+
+/// The half that does not move was not held to the radius while moving.
+#[test]
+fn a_bend_radius_while_moving_refuses_the_split() {
+    let limited = plain().replacen("[sections.cable]", "[sections.cable]\nmin_bend_radius_moving = 0.05", 1);
+    assert_ne!(limited, plain());
+    let said = message(with_split(&limited, "trunk", 0.25, "trunk 2", "T"));
+    assert!(said.contains("section \"cable\" has `min_bend_radius_moving`"), "{said}");
 }
