@@ -91,7 +91,14 @@ impl Storage for FileStorage {
         let mut disk = self.disk();
         let Some(name) = name.filter(|name| *name != disk.name()) else {
             let changed = match load::text(&disk.place) {
-                Ok(there) => there != disk.known && there != text,
+                Ok(there) => {
+                    let changed = there != disk.known && there != text;
+                    if changed {
+                        // The answer tells it: told once more, the page would put that in place of its question.
+                        disk.told = Some(there);
+                    }
+                    changed
+                }
                 // It was removed: then it is written anew. What cannot be read is not replaced unasked.
                 Err(_) => disk.place.exists(),
             };
@@ -146,6 +153,7 @@ mod tests {
         fs::write(&path, "a = 5").expect("written");
         assert_eq!(storage.read().as_deref(), Ok("a = 5"));
         assert_eq!(storage.store("a = 6", None, false), conflict, "it was read, and may have been refused");
+        assert_eq!(storage.changed_outside(), None, "the conflict has told it");
         storage.taken("a = 5");
         assert_eq!(storage.store("a = 6", None, false).as_deref(), Ok("y.toml"), "it was taken in between");
         fs::remove_file(&path).expect("removed");
