@@ -311,6 +311,7 @@ fn compare_of_kbl() -> Checked {
     for (arguments, words) in [
         (&["h.kbl", "--variants", "plain"][..], "two or more --variants"),
         (&["small.kbl"], "two or more --variants"),
+        (&["h.kbl", "--variants", "plain,full,plain"], "--variants names `plain` twice"),
         (&["h.kbl", "--variants", "plain,fool"], "there is no variant \"fool\""),
         (&["h.kbl", "small.kbl", "--variants", "plain,full"], "--variants chooses modules of one KBL file"),
     ] {

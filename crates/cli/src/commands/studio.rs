@@ -228,17 +228,25 @@ impl Opener {
 }
 
 /// The state of the scenario's file, if that has another path since it was saved under another name; `open`: that of
-/// a path. It has the port of this session, where its pages are open.
+/// a path, unless another studio has it. It has the port of this session, where its pages are open.
+///
+/// # Errors
+/// If drafts cannot be kept there; those of the file of before are none of the new file.
 fn follow(memory: &mut Memory, path: &Path, open: impl FnOnce(&Path) -> io::Result<Option<Memory>>) -> io::Result<()> {
-    if path.canonicalize()? == memory.remembered().scenario {
+    let path = match path.canonicalize() {
+        // It was removed: its draft stays where it is.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        path => path?,
+    };
+    if path == memory.remembered().scenario {
         return Ok(());
     }
-    if let Some(mut other) = open(path)? {
-        let port = memory.remembered().port;
-        other.change(|known| known.port = port)?;
-        memory.change(|known| known.draft = None)?;
-        *memory = other;
-    }
+    let other = open(&path)?;
+    let port = memory.remembered().port;
+    memory.change(|known| known.draft = None)?;
+    let Some(mut other) = other else { return Err(io::Error::other("another studio has it open")) };
+    other.change(|known| known.port = port)?;
+    *memory = other;
     Ok(())
 }
 
@@ -265,6 +273,7 @@ impl Backend for AtHand {
         if let Err(error) = followed {
             let failure = Failure::Io { what: "cannot keep drafts of the new file".to_owned(), source: error };
             diagnostics::show(&failure, &mut io::stderr());
+            return;
         }
         if let Err(error) = memory.change(|known| known.draft = draft) {
             let failure = Failure::Io { what: "cannot keep the draft".to_owned(), source: error };
@@ -336,5 +345,22 @@ mod tests {
         let kept = memory.remembered();
         assert_eq!((kept.scenario.as_path(), kept.port, &kept.draft), (new.as_path(), Some(7), &None));
         assert_eq!(of(&old).expect("readable").expect("free again").remembered().draft, None);
+    }
+
+    /// The draft of the new file was offered as that of the old one.
+    #[test]
+    fn a_file_that_another_studio_has_open_leaves_no_draft_with_the_one_before() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().canonicalize().expect("there");
+        let [old, new] = ["y.toml", "z.toml"].map(|name| place.join(name));
+        fs::write(&new, "").expect("written");
+        let mut memory = Memory::within(&place.join("states"), old.clone()).expect("readable").expect("free");
+        let draft = Draft { text: "a = 1".to_owned(), written: now() };
+        memory.change(|known| known.draft = Some(draft.clone())).expect("written");
+        follow(&mut memory, &old, |_| panic!("it was removed")).expect("its draft is kept");
+        assert!(memory.remembered().draft.is_some());
+        let refused = follow(&mut memory, &new, |_| Ok(None)).expect_err("no drafts are kept");
+        assert!(refused.to_string().contains("another studio"), "{refused}");
+        assert_eq!((memory.remembered().scenario.as_path(), &memory.remembered().draft), (old.as_path(), &None));
     }
 }

@@ -266,7 +266,7 @@ struct Route<'a, 'i> {
     routing: Xml<'a, 'i>,
     wire: Xml<'a, 'i>,
     /// XML ids, as the file gives them.
-    pub segments: Vec<&'a str>,
+    segments: Vec<&'a str>,
 }
 
 struct Reader<'a, 'i, 'f> {

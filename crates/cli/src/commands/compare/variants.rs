@@ -74,8 +74,11 @@ pub fn of_file(file: &Path, wanted: &[String]) -> Result<Vec<(String, String)>, 
     } else {
         wanted.iter().map(|name| name.trim().to_owned()).collect()
     };
-    let mut found = Vec::new();
+    let mut found: Vec<(String, String)> = Vec::new();
     for name in names {
+        if found.iter().any(|(known, _)| *known == name) {
+            return Err(Failure::Input(format!("--variants names `{}` twice", printable(&name))));
+        }
         let selection = Selection::Variant(name.clone());
         let options = Options { accuracy: Some(ACCURACY), selection, ..Options::default() };
         let imported = import(&text, &options).map_err(refused)?;
