@@ -12,6 +12,7 @@ pub(crate) mod passage;
 pub(crate) mod requirements;
 pub mod result;
 pub(crate) mod sheet;
+pub(crate) mod spans;
 mod twist_loss;
 pub(crate) mod violations;
 

@@ -4,10 +4,11 @@ use super::clearance::{self, CablePart, Cables};
 use super::deviation;
 use super::discretisation::NodalErrors;
 use super::lines;
-use super::result::{self, HeldSpan};
+use super::result;
 use super::sheet::Found;
+use super::spans::{self, Piece, Spans};
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
@@ -44,8 +45,8 @@ pub(crate) struct Equilibrium<'a> {
     pub ends_step: bool,
     /// Index of the step; `None` before the first one.
     pub step: Option<usize>,
-    /// Spans between held nodes, by branch.
-    pub spans: Vec<HeldSpan>,
+    /// Spans between held places.
+    pub spans: Spans,
     /// The cables, for distances between them and from obstacles.
     pub cables: &'a Cables<'a>,
     /// Poses of the obstacles.
@@ -82,7 +83,7 @@ impl<'a> Equilibrium<'a> {
             at_rest + problem.shape(state, b).extra_curvature.first().map_or(0.0, |extra| extra.z)
         });
         let rest_twists = rest_twists.collect();
-        let (moved, spans) = (moved.collect(), result::held_spans(problem, state));
+        let (moved, spans) = (moved.collect(), Spans::new(problem, state));
         Self {
             network,
             branches,
@@ -190,14 +191,16 @@ impl<'a> Equilibrium<'a> {
 
     /// Error of the distance that a span bridges over its length: that of the positions of those of its ends that are
     /// not held. The true value is no larger than one and the largest strain: a chord is no longer than its cable.
-    fn reach_error(&self, b: usize, span: &HeldSpan) -> f64 {
-        let (branch, length) = (&self.branches[b], span.to - span.from);
-        let ends = [span.from, span.to].into_iter().zip(span.held).filter(|(_, held)| !held);
-        let moved: f64 = ends.map(|(s, _)| self.position_error(b, s)).sum();
-        let tension = |i: usize| branch.tension_at(i) + self.errors[b].force[i];
-        let inside = (0..branch.s.len()).filter(|i| (span.from..=span.to).contains(&branch.s[*i]));
-        let strain = self.network.branches[b].section.strain(inside.map(tension).fold(0.0, f64::max));
-        (moved / length).min((1.0 + strain - span.chord / length).max(0.0))
+    fn reach_error(&self, span: &spans::Span) -> f64 {
+        let ends = span.ends().into_iter().zip(span.held).filter(|(_, held)| !held);
+        let moved: f64 = ends.map(|((branch, s), _)| self.position_error(branch, s)).sum();
+        let strain = |piece: &Piece| {
+            let b = piece.branch;
+            let tension = |i: usize| self.branches[b].tension_at(i) + self.errors[b].force[i];
+            self.network.branches[b].section.strain(piece.in_order().map(tension).fold(0.0, f64::max))
+        };
+        let strain = span.pieces.iter().map(strain).fold(0.0, f64::max);
+        (moved / span.length).min((1.0 + strain - span.chord / span.length).max(0.0))
     }
 
     /// Error of the reaction of a constraint: the sum of those of the internal forces (moments) around it.
@@ -280,11 +283,10 @@ impl<'a> Equilibrium<'a> {
                 found.push(Found { error, ..at(to - from - between.norm(), place) });
             }
             Measure::Reach => {
-                for span in self.spans.iter().filter(|span| span.branch == b) {
-                    let place = EventPlace::branch(&branch.name, 0.5 * (span.from + span.to));
+                for span in self.spans.of(b) {
                     let limit = Some(requirement.max.unwrap_or(1.0) + span.tolerance);
-                    let error = Some(self.reach_error(b, span));
-                    found.push(Found { limit, error, ..at(span.chord / (span.to - span.from), place) });
+                    let error = Some(self.reach_error(span));
+                    found.push(Found { limit, error, ..at(span.chord / span.length, span.place(self.network, b)) });
                 }
             }
             Measure::Buckling => found.extend(self.pressed(b)),
@@ -368,35 +370,30 @@ impl<'a> Equilibrium<'a> {
         turned / (branch.s[after] - branch.s[before]) - self.rest_twists[b]
     }
 
-    /// Force with which each straight span of a branch is pressed along its chord, N, and the force above which that is
-    /// not stable even between clamped ends: Euler's `4 π² EI/L²`, with the smaller EI. A span that has buckled bears
-    /// at most 1 % more while it is nearly straight (Timoshenko & Gere 1961, section 2.7). None where something
-    /// supports the branch from the side.
+    /// Force with which each straight span that a branch is part of is pressed along its chord, N, and the force above
+    /// which that is not stable even between clamped ends. A span that has buckled bears at most 1 % more while it is
+    /// nearly straight (Timoshenko & Gere 1961, section 2.7). None where something supports the span from the side.
     fn pressed(&self, b: usize) -> Vec<Found> {
-        let (branch, section) = (&self.branches[b], &self.network.branches[b].section);
-        let supported = self.contact_forces.keys().any(|(touching, _)| *touching == b);
+        let touches = |piece: &Piece| self.contact_forces.keys().any(|(touching, _)| *touching == piece.branch);
         let mut found = Vec::new();
-        for span in self.spans.iter().filter(|span| span.branch == b && !supported) {
-            let nodes = |s: &f64| span.from <= *s && *s <= span.to;
-            let inside: Vec<usize> = (0..branch.s.len()).filter(|i| nodes(&branch.s[*i])).collect();
-            if inside.is_empty() {
-                continue;
-            }
-            let way: f64 = inside.windows(2).map(|k| (branch.position[k[1]] - branch.position[k[0]]).norm()).sum();
+        for span in self.spans.of(b).filter(|span| span.alone && !span.pieces.iter().any(touches)) {
+            // Nodes in order, each with the force of the cable before it on that behind it.
+            let nodes = |piece: &Piece| {
+                let (piece, branch) = (*piece, &self.branches[piece.branch]);
+                piece.in_order().map(move |i| (piece.branch, i, branch.position[i], -piece.sign() * branch.force[i]))
+            };
+            let nodes: Vec<_> = span.pieces.iter().flat_map(nodes).collect();
+            let way: f64 = nodes.windows(2).map(|pair| (pair[1].2 - pair[0].2).norm()).sum();
             if way > STRAIGHT * span.chord {
                 continue;
             }
             // By so much the whole span is pressed along its chord.
-            let chord = branch.position[inside[inside.len() - 1]] - branch.position[inside[0]];
-            let along = chord.try_normalize(0.0).unwrap_or_default();
-            let pressed = |i: usize| -branch.force[i].dot(&along);
-            let least = inside.iter().map(|i| (*i, pressed(*i))).min_by(|a, b| a.1.total_cmp(&b.1));
-            let [one, other] = section.bending_stiffness;
-            let euler = (2.0 * PI / (span.to - span.from)).powi(2) * one.min(other);
-            found.extend(least.map(|(i, force)| {
-                let place = EventPlace::branch(&branch.name, branch.s[i]);
-                let error = Some(self.errors[b].force[i]);
-                Found { limit: Some(BUCKLED * euler), error, ..at(force, place) }
+            let along = (nodes[nodes.len() - 1].2 - nodes[0].2).try_normalize(0.0).unwrap_or_default();
+            let pressed = nodes.iter().map(|(branch, i, _, force)| (*branch, *i, force.dot(&along)));
+            let limit = Some(BUCKLED * span.euler(self.network));
+            found.extend(pressed.min_by(|a, b| a.2.total_cmp(&b.2)).map(|(branch, i, force)| {
+                let place = EventPlace::branch(&self.branches[branch].name, self.branches[branch].s[i]);
+                Found { limit, error: Some(self.errors[branch].force[i]), ..at(force, place) }
             }));
         }
         found

@@ -1,7 +1,6 @@
 //! Results at a state: internal forces, moments, bend radii, reactions.
 
-use crate::report::{Occurrence, nodes};
-use wireloom_core::constraint::Action;
+use crate::report::nodes;
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, ObstacleResult,
     SpanResult, StationResult, TightestBend,
@@ -17,12 +16,10 @@ use wireloom_core::terms::constraints::Reaction;
 use wireloom_core::terms::contact::ObstacleLoad;
 use wireloom_core::terms::gravity;
 use wireloom_core::variable::Variable;
-use wireloom_core::{BranchShape, EventKind, EventPlace, Mounting, Network, Pose, Rotation, State, Tangent, Vector};
+use wireloom_core::{BranchShape, Mounting, Network, Pose, Rotation, State, Tangent, Vector};
 
 /// Curvatures below this fraction of 1/L count as straight.
 const STRAIGHT: f64 = 1e-9;
-/// Mean strain above which a span with a free end counts as overstretched.
-const LARGE_STRAIN: f64 = 5e-3;
 
 /// Side of a node.
 #[derive(Clone, Copy)]
@@ -419,76 +416,6 @@ pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
 /// Largest move of any point, m.
 pub fn farthest(from: &State, to: &State) -> f64 {
     from.points.iter().zip(&to.points).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)
-}
-
-/// Span of a branch between two nodes that are held in place, or its ends.
-pub(crate) struct HeldSpan {
-    /// Index of the branch.
-    pub branch: usize,
-    /// Unstressed arc lengths of its ends, m.
-    pub from: f64,
-    pub to: f64,
-    /// Distance of its ends, m.
-    pub chord: f64,
-    /// Strain up to which it is not overstretched.
-    pub tolerance: f64,
-    /// Whether its ends are held in place.
-    pub held: [bool; 2],
-}
-
-/// All spans of the harness.
-pub(crate) fn held_spans(problem: &Problem<'_>, state: &State) -> Vec<HeldSpan> {
-    let network = problem.network;
-    let mut held = vec![false; network.points];
-    for (f, constraint) in network.constraints.iter().enumerate() {
-        let Place::Node { branch, node } = constraint.place else { continue };
-        let holds = matches!(
-            constraint.model.action(),
-            Action::Prescribed(hold) if hold.position && hold.rails.is_empty()
-        );
-        if problem.conditions().active[f] && holds {
-            held[network.branches[branch].points.start + node] = true;
-        }
-    }
-    let mut spans = Vec::new();
-    for (index, branch) in network.branches.iter().enumerate() {
-        let s = state.arc_lengths(network, index);
-        let (first, n) = (branch.points.start, branch.rod.mesh().segments());
-        let stops: Vec<usize> = (0..=n).filter(|&node| node == 0 || node == n || held[first + node]).collect();
-        for pair in stops.windows(2) {
-            let [from, to] = [pair[0], pair[1]];
-            let between = held[first + from] && held[first + to];
-            spans.push(HeldSpan {
-                branch: index,
-                from: s[from],
-                to: s[to],
-                chord: (state.points[first + to] - state.points[first + from]).norm(),
-                tolerance: if between { 1e-9 } else { LARGE_STRAIN },
-                held: [held[first + from], held[first + to]],
-            });
-        }
-    }
-    spans
-}
-
-/// Events of spans that are shorter than the distance they must bridge.
-pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
-    let spans = held_spans(problem, state).into_iter();
-    let too_short = spans.filter(|span| span.chord > (span.to - span.from) * (1.0 + span.tolerance));
-    too_short
-        .map(|HeldSpan { branch, from, to, chord, .. }| {
-            let length = to - from;
-            Occurrence {
-                kind: EventKind::Overstretched,
-                place: EventPlace::branch(&problem.network.branches[branch].name, 0.5 * (from + to)),
-                value: Some(chord),
-                limit: Some(length),
-                message: format!(
-                    "between s = {from:.4} m and s = {to:.4} m, {length:.4} m of cable bridge {chord:.4} m"
-                ),
-            }
-        })
-        .collect()
 }
 
 #[cfg(test)]
