@@ -148,6 +148,11 @@ impl Problem<'_> {
         self.contact.energy(system, state) + self.friction.energy(&self.contact, system, state)
     }
 
+    /// Forgets what is known of earlier evaluations: the next one is from scratch. It changes no result.
+    pub fn forget(&mut self) {
+        self.rods.forget();
+    }
+
     /// ∂E/∂x (N), ∂E/∂θ (N m) and ∂E/∂s (N) in the independent variables (tied entries are zero). In the
     /// held variables the gradient is the reaction of the constraint. Returns the energy, J, to which loads without
     /// a potential do not contribute.

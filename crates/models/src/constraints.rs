@@ -212,7 +212,7 @@ impl Potential for Spring {
             }
             Angular::Frame(k) => {
                 let (law, c) = Self::turn(k, at, target);
-                law.hessian(1.0, &c).bb
+                law.hessian(&c).bb
             }
         };
         stations[0] = Matrix::identity() * self.linear;

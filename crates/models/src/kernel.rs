@@ -159,6 +159,8 @@ pub struct BendTwist {
     pub strain: Vector,
     /// κ, 1/m.
     curvature: Vector,
+    /// 1/λ, 1/m.
+    pub by_length: f64,
     /// `½ ∂E/∂v = G C (κ−κ°)` with `G = (1 + |v|²/6) I + v vᵀ/3`, N m.
     half_mu: Vector,
 }
@@ -169,11 +171,11 @@ impl BendTwist {
     #[inline(always)]
     pub fn new(qa: &Rotation, qb: &Rotation, lambda: f64, c: &Vector, k0: &Vector) -> Self {
         let (w, v) = relative(qa, qb);
-        let g = 1.0 + v.norm_squared() / 6.0;
-        let curvature = v * (2.0 * g / lambda);
+        let by_length = 1.0 / lambda;
+        let curvature = v * (2.0 * metric(&v) * by_length);
         let strain = curvature - k0;
         let moment = c.component_mul(&strain);
-        Self { w, v, moment, strain, curvature, half_mu: conjugate(&v, &moment) }
+        Self { w, v, moment, strain, curvature, by_length, half_mu: conjugate(&v, &moment) }
     }
 
     /// κ, 1/m.
@@ -215,9 +217,9 @@ impl BendTwist {
 
     /// [`Self::hessian_with`] with C, diagonal, as the derivative of the moment.
     #[inline(always)]
-    pub fn hessian(&self, lambda: f64, c: &Vector) -> CouplingHessian {
+    pub fn hessian(&self, c: &Vector) -> CouplingHessian {
         let g = self.metric();
-        self.hessian_of(lambda, Matrix::from_diagonal(&(c * (4.0 * g * g / lambda))), c.component_mul(&self.v))
+        self.hessian_of(Matrix::from_diagonal(&(c * (4.0 * g * g * self.by_length))), c.component_mul(&self.v))
     }
 
     /// With `J_b = ½(w I + [v]ₓ)`, `J_a = −J_bᵀ`, `μ = ∂E/∂v`, T = `tangent` the derivative of the moment m in κ (N m²,
@@ -225,25 +227,25 @@ impl BendTwist {
     /// `H_bb = J_bᵀ K J_b − ¼(μ·v) I`, `H_aa = J_aᵀ K J_a − ¼(μ·v) I`,
     /// `H_ab = J_aᵀ K J_b + ¼(v μᵀ + μ vᵀ + w [μ]ₓ − (μ·v) I)`.
     #[inline(always)]
-    pub fn hessian_with(&self, lambda: f64, tangent: &Matrix) -> CouplingHessian {
+    pub fn hessian_with(&self, tangent: &Matrix) -> CouplingHessian {
         let g = self.metric();
-        self.hessian_of(lambda, tangent * (4.0 * g * g / lambda), tangent * self.v)
+        self.hessian_of(tangent * (4.0 * g * g * self.by_length), tangent * self.v)
     }
 
     /// g of `G = g I + v vᵀ/3`: `1 + |v|²/6`.
     #[inline(always)]
     fn metric(&self) -> f64 {
-        1.0 + self.v.norm_squared() / 6.0
+        metric(&self.v)
     }
 
     /// The Hessian from `(4/λ) g² T` and T v.
     #[inline(always)]
-    fn hessian_of(&self, lambda: f64, plain: Matrix, tv: Vector) -> CouplingHessian {
+    fn hessian_of(&self, plain: Matrix, tv: Vector) -> CouplingHessian {
         let (w, v, m) = (self.w, &self.v, &self.moment);
         let g = self.metric();
         // G T G = g² T + (g/3)(T v vᵀ + v vᵀ T) + (vᵀ T v/9) v vᵀ; with y = (4/λ)((g/3) T v + (vᵀ T v/18) v) + ⅔ m the
         // rest is v yᵀ + y vᵀ.
-        let y = (tv * (g / 3.0) + v * (tv.dot(v) / 18.0)) * (4.0 / lambda) + m * (2.0 / 3.0);
+        let y = (tv * (g * (1.0 / 3.0)) + v * (tv.dot(v) * (1.0 / 18.0))) * (4.0 * self.by_length) + m * (2.0 / 3.0);
         let mv = m.dot(v) * (2.0 / 3.0);
         let kxy = plain.m12 + v.x * y.y + y.x * v.y;
         let kxz = plain.m13 + v.x * y.z + y.x * v.z;
@@ -272,19 +274,19 @@ impl BendTwist {
     }
 
     /// Second derivatives of an energy with `∂²E/∂κ∂κ′ = mixed` in the frames of this coupling (κ) and the next one
-    /// (κ′), of lengths λ (m): rows its first and second frame, columns those of the next. With `B = (1/λλ′) G mixed
+    /// (κ′): rows its first and second frame, columns those of the next. With `B = (1/λλ′) G mixed
     /// G′` and `∂κ/∂θ_b = (1/λ) G (w I + [v]ₓ)`, `∂κ/∂θ_a = −(1/λ) G (w I − [v]ₓ)` they are `∓(w I ± [v]ₓ) B (∓(w′ I ∓
     /// [v′]ₓ))`, upper signs for the first frames.
     #[inline(always)]
-    pub fn hessian_across(&self, next: &Self, lambdas: [f64; 2], mixed: &Matrix) -> [[Matrix; 2]; 2] {
+    pub fn hessian_across(&self, next: &Self, mixed: &Matrix) -> [[Matrix; 2]; 2] {
         let (v, u) = (&self.v, &next.v);
         let (g, f) = (self.metric(), next.metric());
         // G mixed G′, as in `hessian_of`.
         let (from_left, from_right) = (mixed.tr_mul(v), mixed * u);
         let b = mixed * (g * f)
-            + v * (from_left * (f / 3.0) + u * (from_left.dot(u) / 9.0)).transpose()
-            + (from_right * (g / 3.0)) * u.transpose();
-        let b = b * (1.0 / (lambdas[0] * lambdas[1]));
+            + v * (from_left * (f * (1.0 / 3.0)) + u * (from_left.dot(u) * (1.0 / 9.0))).transpose()
+            + (from_right * (g * (1.0 / 3.0))) * u.transpose();
+        let b = b * (self.by_length * next.by_length);
         let (along, across) = (b * self.w, crossed_from_left(v, &b));
         [-along - across, along - across].map(|row| {
             let (along, across) = (row * next.w, crossed_from_right(&row, u));
@@ -319,10 +321,16 @@ fn length_terms(e: &Vector, rest: &Vector, l: f64, c: &Vector) -> [f64; 2] {
     [0.5 * (c.dot(&rest.component_mul(rest)) - twice), twice / l]
 }
 
+/// `1 + |v|²/6`.
+#[inline(always)]
+fn metric(v: &Vector) -> f64 {
+    1.0 + v.norm_squared() * (1.0 / 6.0)
+}
+
 /// `G m` with `G = (1 + |v|²/6) I + v vᵀ/3`: half of ∂E/∂v.
 #[inline(always)]
 fn conjugate(v: &Vector, moment: &Vector) -> Vector {
-    moment * (1.0 + v.norm_squared() / 6.0) + v * (v.dot(moment) / 3.0)
+    moment * metric(v) + v * (v.dot(moment) * (1.0 / 3.0))
 }
 
 /// `(w, v)` of `q̄_a q_b`, with the sign that makes w ≥ 0.

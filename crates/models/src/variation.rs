@@ -74,12 +74,12 @@ impl Variation {
         let cross = curvatures[0].cross(&curvatures[1]) - rest_cross;
         let by_distance = 2.0 / (lengths[0] + lengths[1]);
         let squares = lengths.map(|length| length * length);
-        let betas = squares.map(|square| square * (by_distance / 12.0));
+        let betas = squares.map(|square| square * (by_distance * (1.0 / 12.0)));
         let mean = |k: usize| strains[k] - cross * betas[k];
         let cubes = shares[0] * squares[0] * lengths[0] + shares[1] * squares[1] * lengths[1];
         Self {
             lengths,
-            inverses: lengths.map(|length| 1.0 / length),
+            inverses: couplings.map(|own| own.by_length),
             shares,
             factor,
             c: *c,
@@ -88,7 +88,7 @@ impl Variation {
             rest_cross,
             betas,
             means: [mean(0), mean(1)],
-            weight: cubes * (factor / 24.0) * (by_distance * by_distance),
+            weight: cubes * (factor * (1.0 / 24.0)) * (by_distance * by_distance),
         }
     }
 

@@ -5,8 +5,8 @@
 use crate::conditions::{RodState, System};
 use crate::equilibrium::Energy;
 use crate::network::{Branch, WORTHWHILE};
-use crate::rod::{BranchHessian, BranchShape};
-use crate::{Matrix, Network, State, Tangent, Vector};
+use crate::rod::{BranchHessian, BranchShape, RodSegment};
+use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
 
 /// Term of the rods; keeps its workspace.
 pub struct RodTerm {
@@ -18,8 +18,61 @@ pub struct RodTerm {
     /// Curvature added to the rest curvature, indexed as `drawn`, 1/m: of the drawn shape and by temperature; empty if
     /// there is neither.
     extra_curvature: Vec<Vector>,
-    /// Energies of the branches, J.
-    energies: Vec<f64>,
+    /// Of each branch.
+    evaluated: Vec<Evaluated>,
+}
+
+/// Last evaluation of a branch. A minimiser moves the points of a trial at the same frames, and begins an increment
+/// where it ended the one before: what couplings exert is then known.
+#[derive(Default)]
+struct Evaluated {
+    /// Energy, J.
+    energy: f64,
+    /// Frames and lengths (m) of the couplings at which the rest is known; empty: nowhere.
+    frames: Vec<Rotation>,
+    coupling_lengths: Vec<f64>,
+    /// Energy of the couplings, J.
+    coupling_energy: f64,
+    /// Its derivatives in the frames, N m.
+    moments: Vec<Vector>,
+}
+
+impl Evaluated {
+    /// Evaluates a branch.
+    fn gradient(
+        &mut self,
+        rod: &dyn RodSegment,
+        shape: &BranchShape<'_>,
+        points: &mut [Vector],
+        frames: &mut [Vector],
+    ) {
+        // What a rod that remembers exerts depends on more than its shape.
+        if !shape.memory.is_empty() {
+            self.coupling_energy = rod.coupling_gradient(shape, frames);
+        } else {
+            if !self.is_at(shape) {
+                self.moments.resize(frames.len(), Vector::zeros());
+                self.coupling_energy = rod.coupling_gradient(shape, &mut self.moments);
+                copy(shape.frames, &mut self.frames);
+                copy(shape.coupling_lengths, &mut self.coupling_lengths);
+            }
+            frames.copy_from_slice(&self.moments);
+        }
+        self.energy = self.coupling_energy + rod.segment_gradient(shape, points, frames);
+    }
+
+    /// Whether the couplings are, to the bit, where they were.
+    fn is_at(&self, shape: &BranchShape<'_>) -> bool {
+        let bits = |q: &Rotation| q.coords.data.0[0].map(f64::to_bits);
+        self.frames.len() == shape.frames.len()
+            && self.frames.iter().zip(shape.frames).all(|(known, q)| bits(known) == bits(q))
+            && self.coupling_lengths == shape.coupling_lengths
+    }
+}
+
+fn copy<T: Copy>(from: &[T], to: &mut Vec<T>) {
+    to.clear();
+    to.extend_from_slice(from);
 }
 
 impl RodTerm {
@@ -29,13 +82,14 @@ impl RodTerm {
             drawn: Vec::new(),
             drawn_fraction: 0.0,
             extra_curvature: Vec::new(),
-            energies: vec![0.0; network.branches.len()],
+            evaluated: network.branches.iter().map(|_| Evaluated::default()).collect(),
         }
     }
 
     /// Recomputes the curvature added to the rest curvature, after a change of the conditions or of the fraction of the
     /// drawn curvature.
     pub fn update(&mut self, system: System<'_>) {
+        self.forget();
         let bends = |(branch, change): (&Branch, &f64)| *change != 0.0 && branch.section.bends_with_temperature();
         let with_temperatures = || system.network.branches.iter().zip(&system.conditions.temperatures);
         self.extra_curvature.clear();
@@ -47,6 +101,11 @@ impl RodTerm {
                 self.extra_curvature[branch.frames.clone()].iter_mut().for_each(|extra| *extra += bent);
             }
         }
+    }
+
+    /// Forgets earlier evaluations: the next one is from scratch.
+    pub fn forget(&mut self) {
+        self.evaluated.iter_mut().for_each(|known| known.frames.clear());
     }
 
     /// Curvature added to the rest curvature, indexed by the first frame of each coupling, 1/m; empty: none.
@@ -108,44 +167,45 @@ impl RodTerm {
     /// Writes the first derivatives ∂E/∂x (N) and ∂E/∂θ (N m) in the points and frames of the branches, tied
     /// ones included; returns the energy, J.
     pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent) -> f64 {
-        let mut energies = std::mem::take(&mut self.energies);
-        self.branch_gradients(system, state, 0, &mut energies, &mut gradient.points, &mut gradient.frames);
-        self.energies = energies;
+        let mut evaluated = std::mem::take(&mut self.evaluated);
+        self.branch_gradients(system, state, 0, &mut evaluated, &mut gradient.points, &mut gradient.frames);
+        self.evaluated = evaluated;
         // Summed in the order of the branches: the same bits for any number of threads.
-        self.energies.iter().sum()
+        self.evaluated.iter().map(|branch| branch.energy).sum()
     }
 
-    /// Energies and gradients of the branches from `first` on, one for each entry of `energies`; `points` and `frames`
+    /// Energies and gradients of the branches from `first` on, one for each entry of `evaluated`; `points` and `frames`
     /// are their slices.
     fn branch_gradients(
         &self,
         system: System<'_>,
         state: &State,
         first: usize,
-        energies: &mut [f64],
+        evaluated: &mut [Evaluated],
         points: &mut [Vector],
         frames: &mut [Vector],
     ) {
-        let branches = &system.network.branches[first..first + energies.len()];
+        let branches = &system.network.branches[first..first + evaluated.len()];
         let (Some(start), Some(end)) = (branches.first(), branches.last()) else { return };
         let all = start.points.start..end.points.end;
         if branches.len() > 1 && all.len() >= 2 * WORTHWHILE {
             let half = branches.partition_point(|branch| branch.points.end <= all.start + all.len() / 2);
             let half = half.clamp(1, branches.len() - 1);
-            let (energies, other_energies) = energies.split_at_mut(half);
+            let (evaluated, others) = evaluated.split_at_mut(half);
             let (points, other_points) = points.split_at_mut(branches[half].points.start - all.start);
             let (frames, other_frames) = frames.split_at_mut(branches[half].frames.start - start.frames.start);
             rayon::join(
-                || self.branch_gradients(system, state, first, energies, points, frames),
-                || self.branch_gradients(system, state, first + half, other_energies, other_points, other_frames),
+                || self.branch_gradients(system, state, first, evaluated, points, frames),
+                || self.branch_gradients(system, state, first + half, others, other_points, other_frames),
             );
             return;
         }
         let (mut points, mut frames) = (points, frames);
-        for (k, (branch, energy)) in branches.iter().zip(energies).enumerate() {
+        for (k, (branch, evaluated)) in branches.iter().zip(evaluated).enumerate() {
             let (own_points, later_points) = points.split_at_mut(branch.points.len());
             let (own_frames, later_frames) = frames.split_at_mut(branch.frames.len());
-            *energy = branch.rod.gradient(&self.shape(system, state, first + k), own_points, own_frames);
+            let shape = self.shape(system, state, first + k);
+            evaluated.gradient(&*branch.rod, &shape, own_points, own_frames);
             (points, frames) = (later_points, later_frames);
         }
     }

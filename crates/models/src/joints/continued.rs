@@ -90,13 +90,12 @@ impl ContinuedRod {
             let [aa, ab, bb] = pair.hessian();
             for (k, (moment, second)) in (c..).zip(pair.moments().into_iter().zip([aa, bb])) {
                 let lambda = self.lengths[k];
-                let h = couplings[k].with_moment(moment).hessian_with(lambda, &(second / lambda));
+                let h = couplings[k].with_moment(moment).hessian_with(&(second / lambda));
                 add(k, k, h.aa);
                 add(k, k + 1, h.ab);
                 add(k + 1, k + 1, h.bb);
             }
-            let [outer, inner] =
-                couplings[c].hessian_across(&couplings[c + 1], [self.lengths[c], self.lengths[c + 1]], &ab);
+            let [outer, inner] = couplings[c].hessian_across(&couplings[c + 1], &ab);
             add(c, c + 1, outer[0]);
             add(c, c + 2, outer[1]);
             add(c + 1, c + 1, inner[0] + inner[0].transpose());

@@ -309,7 +309,7 @@ impl JointModel for CosseratJoint {
     fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
         let k = frames.len();
         for pair in &self.pairs {
-            let h = pair.law(frames).hessian(pair.lambda, &pair.stiffness);
+            let h = pair.law(frames).hessian(&pair.stiffness);
             let (ra, rb) = (rotation_matrix(&pair.alpha), rotation_matrix(&pair.beta));
             hessian[pair.a * k + pair.a] += ra * h.aa * ra.transpose();
             hessian[pair.b * k + pair.b] += rb * h.bb * rb.transpose();

@@ -78,12 +78,8 @@ impl RodSegment for NonlinearRod {
         energy
     }
 
-    fn gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64 {
-        let mut energy = self.linear.gradient(shape, points, frames);
-        for (l, own) in self.stretched(shape) {
-            energy += own.energy(l);
-            own.add_gradient([l, 1.0], self.segment_frame(own.segment), points, frames);
-        }
+    fn coupling_gradient(&self, shape: &BranchShape<'_>, frames: &mut [Vector]) -> f64 {
+        let mut energy = self.linear.coupling_gradient(shape, frames);
         for (c, lambda, coupling, bent) in self.couplings(shape) {
             let (bend, twist) = bent.energy();
             energy += lambda * (bend + twist);
@@ -94,14 +90,23 @@ impl RodSegment for NonlinearRod {
         energy
     }
 
+    fn segment_gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64 {
+        let mut energy = self.linear.segment_gradient(shape, points, frames);
+        for (l, own) in self.stretched(shape) {
+            energy += own.energy(l);
+            own.add_gradient([l, 1.0], self.segment_frame(own.segment), points, frames);
+        }
+        energy
+    }
+
     /// Where forces are given, the linear rod has them in its geometric part, those of the axial law among them.
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian) {
         self.linear.hessian(shape, forces, hessian);
         for (l, own) in self.stretched(shape) {
             own.add_hessian(l, forces.is_none(), hessian);
         }
-        for (c, lambda, coupling, bent) in self.couplings(shape) {
-            let own = coupling.with_moment(bent.moment()).hessian_with(lambda, &bent.tangent());
+        for (c, _, coupling, bent) in self.couplings(shape) {
+            let own = coupling.with_moment(bent.moment()).hessian_with(&bent.tangent());
             let all = &mut hessian.couplings[c];
             all.aa += own.aa;
             all.ab += own.ab;

@@ -174,10 +174,10 @@ impl OpenCoupling {
         Self { law, moment: law.moment, tangent: Matrix::from_diagonal(stiffness) }
     }
 
-    /// Adds the second derivatives of a coupling of this length (m).
+    /// Adds the second derivatives of the coupling.
     #[inline(always)]
-    fn close(&self, lambda: f64, hessian: &mut CouplingHessian) {
-        let CouplingHessian { aa, ab, bb } = self.law.with_moment(self.moment).hessian_with(lambda, &self.tangent);
+    fn close(&self, hessian: &mut CouplingHessian) {
+        let CouplingHessian { aa, ab, bb } = self.law.with_moment(self.moment).hessian_with(&self.tangent);
         hessian.aa += aa;
         hessian.ab += ab;
         hessian.bb += bb;
@@ -200,20 +200,20 @@ impl StaggeredRod {
                 let [first, second] = variation.moments();
                 let [aa, ab, bb] = variation.hessian();
                 before.moment += first;
-                before.tangent += aa * (1.0 / lengths[c - 1]);
+                before.tangent += aa * before.law.by_length;
                 own.moment += second;
-                own.tangent += bb * (1.0 / lengths[c]);
-                let [outer, inner] = before.law.hessian_across(&own.law, [lengths[c - 1], lengths[c]], &ab);
+                own.tangent += bb * own.law.by_length;
+                let [outer, inner] = before.law.hessian_across(&own.law, &ab);
                 all[c - 1].ab += outer[0];
                 *across = outer[1];
                 all[c].aa = inner[0] + inner[0].transpose();
                 all[c].ab = inner[1];
             }
-            before.close(lengths[c - 1], &mut all[c - 1]);
+            before.close(&mut all[c - 1]);
             before = own;
         }
         let last = lengths.len() - 1;
-        before.close(lengths[last], &mut all[last]);
+        before.close(&mut all[last]);
     }
 }
 
@@ -239,10 +239,19 @@ impl RodSegment for StaggeredRod {
         energy
     }
 
-    fn gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64 {
+    fn coupling_gradient(&self, shape: &BranchShape<'_>, frames: &mut [Vector]) -> f64 {
+        frames.fill(Vector::zeros());
+        let (bend, twist) = self.each_coupling(shape, |c, law| {
+            let (a, b) = law.gradient();
+            frames[c] += a;
+            frames[c + 1] += b;
+        });
+        bend + twist
+    }
+
+    fn segment_gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64 {
         let mut energy = 0.0;
         points.fill(Vector::zeros());
-        frames.fill(Vector::zeros());
         for run in &self.plain {
             for j in run.clone() {
                 let l = shape.rest_lengths[j];
@@ -252,7 +261,7 @@ impl RodSegment for StaggeredRod {
                 let (force, moment) = law.gradient(l);
                 points[j] -= force;
                 points[j + 1] += force;
-                frames[self.mesh.segment_frames[j]] = moment;
+                frames[self.mesh.segment_frames[j]] += moment;
             }
         }
         for (beside, law) in self.all_blended(shape) {
@@ -270,12 +279,7 @@ impl RodSegment for StaggeredRod {
                 }
             }
         }
-        let (bend, twist) = self.each_coupling(shape, |c, law| {
-            let (a, b) = law.gradient();
-            frames[c] += a;
-            frames[c + 1] += b;
-        });
-        energy + (bend + twist)
+        energy
     }
 
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian) {
@@ -292,8 +296,8 @@ impl RodSegment for StaggeredRod {
             (hessian.segments[j], *room) = law.hessian(shape.rest_lengths[j], &n);
         }
         if self.pairs().is_empty() {
-            for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
-                hessian.couplings[c] = self.coupling(shape, c).hessian(lambda, &self.stiffness.couplings[c]);
+            for (c, own) in hessian.couplings.iter_mut().enumerate() {
+                *own = self.coupling(shape, c).hessian(&self.stiffness.couplings[c]);
             }
         } else {
             self.bending_hessian(shape, hessian);

@@ -22,7 +22,10 @@ impl RodSegment for Rod {
     fn energy(&self, _: &BranchShape<'_>) -> RodEnergy {
         RodEnergy::default()
     }
-    fn gradient(&self, _: &BranchShape<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
+    fn coupling_gradient(&self, _: &BranchShape<'_>, _: &mut [Vector]) -> f64 {
+        0.0
+    }
+    fn segment_gradient(&self, _: &BranchShape<'_>, _: &mut [Vector], _: &mut [Vector]) -> f64 {
         0.0
     }
     fn hessian(&self, _: &BranchShape<'_>, _: Option<&[Vector]>, _: &mut BranchHessian) {}

@@ -90,6 +90,7 @@ impl Certifier {
         claimed: impl Into<Status>,
     ) -> Certificate {
         problem.update_held(state);
+        problem.forget();
         let energy = problem.gradient(state, &mut self.gradient);
         problem.motion(state, &mut self.scratch);
         let moved = self.scratch.points.iter().chain(&self.scratch.frames);

@@ -263,7 +263,8 @@ fn remember(rod: &dyn RodSegment, shape: &mut Shape, turn: f64, rng: &mut Rng) -
 fn gradient(rod: &dyn RodSegment, shape: &Shape) -> (f64, DVector<f64>) {
     let nan = Vector::repeat(f64::NAN);
     let (mut points, mut frames) = (vec![nan; shape.points.len()], vec![nan; shape.frames.len()]);
-    let energy = rod.gradient(&shape.view(), &mut points, &mut frames);
+    let mut energy = rod.coupling_gradient(&shape.view(), &mut frames);
+    energy += rod.segment_gradient(&shape.view(), &mut points, &mut frames);
     (energy, flat(points.iter().chain(&frames)))
 }
 
