@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use std::fmt::Write;
-use wireloom_tests::cables::{branch, connector, hanging};
+use wireloom_tests::cables::{branch, connector, hanging, section};
 use wireloom_tests::place::{Ended, Place};
 use wireloom_tests::root;
 
@@ -84,6 +84,72 @@ fn a_plug_out_of_reach_fails_without_any_requirement_in_the_file() {
     let reach = line(&ended, &["spans are long enough"]);
     for words in ["FAIL", "reach", "200 %", "max 100 %", "-100 %", "out (8)"] {
         assert!(reach.contains(words), "{words}: {ended:#?}");
+    }
+}
+
+/// A trunk of 0.3 m and an arm of 0.4 m run straight through the joint from plug to plug, which are `apart` (m); `middle`
+/// is a branch beside them.
+fn through_a_joint(apart: f64, middle: &str) -> String {
+    let arms = |more: &str| {
+        format!(
+            "[[joints]]\nname = \"J\"\nmodel = \"fused\"\narms = [\
+             {{ branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1] }}, \
+             {{ branch = \"arm\", direction = [1, 0, 0], up = [0, 0, 1] }}{more}]\n"
+        )
+    };
+    let beside = ", { branch = \"middle\", direction = [0, 1, 0], up = [0, 0, 1] }";
+    [
+        "schema = 1\nname = \"through a joint\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("trunk", ["A", "J"], "cable", 0.3, 30),
+        &branch("arm", ["J", "B"], "cable", 0.4, 40),
+        middle,
+        &arms(if middle.is_empty() { "" } else { beside }),
+        &connector("plug-A", "A", [0.0; 3]),
+        &connector("plug-B", "B", [apart, 0.0, 0.0]),
+    ]
+    .concat()
+}
+
+/// Each branch is stretched by less than what any cable may be; the two of them are too short all the same.
+#[test]
+fn plugs_farther_apart_than_the_cable_through_a_joint_fail() {
+    for middle in [String::new(), branch("middle", ["J", "C"], "cable", 0.2, 20)] {
+        let (_, ended) = verify(&through_a_joint(0.7021, &middle), &[]);
+        ended.says(4, &[]);
+        let reach = line(&ended, &["spans are long enough"]);
+        for words in ["FAIL", "100.3 %", "max 100 %", "-0.30 %"] {
+            assert!(reach.contains(words), "{words}: {ended:#?}");
+        }
+        let event = "between s = 0.0000 m of `trunk` and s = 0.4000 m of `arm`, 0.7000 m of cable bridge 0.7021 m";
+        assert!(ended.out.contains(event), "{ended:#?}");
+        let (_, ended) = verify(&through_a_joint(0.7, &middle), &[]);
+        ended.says(0, &[]);
+    }
+}
+
+/// Two branches that a joint joins to a straight cable are one column.
+#[test]
+fn a_joint_within_a_cable_does_not_raise_its_buckling_limit() {
+    let whole = [
+        "schema = 1\nname = \"whole\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.7, 70),
+        &connector("plug-A", "A", [0.0; 3]),
+        &connector("plug-B", "B", [0.69995, 0.0, 0.0]),
+    ];
+    let [whole, joined] = [whole.concat(), through_a_joint(0.69995, "")].map(|text| {
+        let (place, _) = verify(&text, &["--out", "o"]);
+        let result = place.result("o");
+        let all = result["requirements"].as_array().expect("requirements");
+        let own = all.iter().find(|own| own["quantity"] == "buckling").expect("the check of straight spans");
+        ["worst", "limit"].map(|key| own[key].as_f64().expect("a number"))
+    });
+    // 1.1 · 4 π² EI/L², and EA times the compression as far as the cable has not bowed out.
+    let euler = 1.1 * 4.0 * std::f64::consts::PI.powi(2) * 0.01 / 0.49;
+    assert!((whole[1] - euler).abs() < 1e-9 * euler, "{whole:?} {euler}");
+    for (a, b) in whole.into_iter().zip(joined) {
+        assert!((a - b).abs() < 1e-6 * a.abs(), "{whole:?} {joined:?}");
     }
 }
 

@@ -297,6 +297,9 @@ pub struct BranchResult {
     pub moment: Vec<Vector>,
     /// Bend radius, m; infinite where straight.
     pub bend_radius: Vec<f64>,
+    /// Both sides of the nodes within the branch at which something attaches, in their order: there force and moment
+    /// jump, and the values above are those of the tighter bend. Results that are read from a file have none.
+    pub sides: Vec<NodeSides>,
     /// Total material twist of the branch, turns.
     pub twist_turns: f64,
     /// Estimated discretisation error; `None` where there are no numbers to estimate it from.
@@ -307,10 +310,30 @@ pub struct BranchResult {
     pub friction: Option<FrictionResult>,
 }
 
+/// Values before and after a node.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NodeSides {
+    /// Index of the node.
+    pub node: usize,
+    /// Internal force, N, world.
+    pub force: [Vector; 2],
+    /// Internal moment, N m, world.
+    pub moment: [Vector; 2],
+    /// Bend radius, m.
+    pub bend_radius: [f64; 2],
+}
+
 impl BranchResult {
     /// Tension at a node, N.
     pub fn tension_at(&self, node: usize) -> f64 {
         self.force[node].dot(&(self.frame[node] * Vector::z()))
+    }
+
+    /// Tensions at all nodes, of both sides where they differ, N.
+    pub fn tensions(&self) -> impl Iterator<Item = f64> {
+        let along = |node: usize, force: &Vector| force.dot(&(self.frame[node] * Vector::z()));
+        let of_sides = self.sides.iter().flat_map(move |own| own.force.iter().map(move |force| along(own.node, force)));
+        (0..self.s.len()).map(|node| self.tension_at(node)).chain(of_sides)
     }
 
     /// Axial strain at a node.

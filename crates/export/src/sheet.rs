@@ -186,8 +186,8 @@ fn values(line: &RequirementResult) -> (String, String) {
     let measure = line.measure;
     let side = line.bound.word();
     let limit = |n| digits(shown(measure, line.limit), n);
-    let Some(worst) = line.worst else {
-        let straight = line.verdict == Verdict::Pass && measure == Measure::BendRadius;
+    let Some(worst) = line.worst.filter(|worst| *worst != f64::INFINITY) else {
+        let straight = measure == Measure::BendRadius && (line.worst.is_some() || line.verdict == Verdict::Pass);
         let worst = if straight { "straight".to_owned() } else { String::new() };
         return (worst, format!("{side} {}", with_unit(measure, &short(&limit(DIGITS + 1)))));
     };

@@ -161,8 +161,7 @@ impl Extremes {
         self.branches.resize(end.branches.len(), [f64::INFINITY, f64::NEG_INFINITY]);
         for ([radius, tension], branch) in self.branches.iter_mut().zip(&end.branches) {
             *radius = branch.bend_radius.iter().copied().fold(*radius, f64::min);
-            let d3 = branch.frame.iter().map(|frame| frame * Vector::z());
-            *tension = branch.force.iter().zip(d3).map(|(force, d3)| force.dot(&d3)).fold(*tension, f64::max);
+            *tension = branch.tensions().fold(*tension, f64::max);
         }
         for constraint in &end.constraints {
             let (force, moment) = (constraint.largest_force(), constraint.largest_moment());

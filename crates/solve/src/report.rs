@@ -8,6 +8,7 @@ mod lines;
 mod linking;
 mod log;
 mod nodes;
+mod part;
 pub(crate) mod passage;
 pub(crate) mod requirements;
 pub mod result;

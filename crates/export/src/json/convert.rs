@@ -376,6 +376,7 @@ impl Branch<Vec<Vector3>> {
             force: vectors(force),
             moment: vectors(moment),
             bend_radius: radii(bend_radius),
+            sides: Vec::new(),
             twist_turns: self.twist_turns.0,
             error: self.error.map(BranchError::error),
             deviation: self.deviation.map(Deviation::deviation),

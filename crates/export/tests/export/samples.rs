@@ -54,6 +54,7 @@ pub fn branch(
         bend_radius: (0..=segments).map(bend_radius).collect(),
         s,
         position,
+        sides: Vec::new(),
         twist_turns: 0.25,
         error: None,
         deviation: None,

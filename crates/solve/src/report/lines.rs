@@ -300,6 +300,7 @@ mod tests {
             force: vec![Vector::zeros(); n],
             moment: vec![Vector::zeros(); n],
             bend_radius: vec![f64::INFINITY; n],
+            sides: Vec::new(),
             twist_turns: 0.0,
             error: None,
             deviation: None,

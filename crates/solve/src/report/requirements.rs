@@ -4,15 +4,15 @@ use super::clearance::{self, CablePart, Cables};
 use super::deviation;
 use super::discretisation::NodalErrors;
 use super::lines;
+use super::part::{self, Local, PartOfBranch};
 use super::result;
 use super::sheet::Found;
-use super::spans::{self, Piece, Spans};
+use super::spans::{self, EndKnown, Piece, Spans};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
-use wireloom_core::rotation::twist_angle;
 use wireloom_core::terms::contact::Against;
 use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
 
@@ -21,6 +21,8 @@ const STRAIGHT: f64 = 1.02;
 /// Factor on Euler's load that no nearly straight span reaches after it has buckled; also room for short, stiff spans,
 /// whose mesh is coarse.
 const BUCKLED: f64 = 1.1;
+/// Depth to which contact lets a cable into what it touches between its contact points, as a fraction of its radius.
+const TOUCHING: f64 = 0.02;
 /// Distance that a branch moves in an increment in which it is not at rest, as a fraction of its diameter.
 const MOVING: f64 = 0.01;
 
@@ -189,14 +191,33 @@ impl<'a> Equilibrium<'a> {
         self.errors[branch].position[after - 1].max(self.errors[branch].position[after])
     }
 
+    /// Error of the line through the nodes of a branch at an arc length, m: that of their positions, and the height of
+    /// the centre line over the chord between them, `ℓ²/(8 R)`.
+    fn line_error(&self, branch: usize, s: f64) -> f64 {
+        let own = &self.branches[branch];
+        let after = own.s.partition_point(|node| *node < s).clamp(1, own.s.len() - 1);
+        let length = own.s[after] - own.s[after - 1];
+        let height = length * length / (8.0 * own.bend_radius[after - 1].min(own.bend_radius[after]));
+        self.position_error(branch, s) + height
+    }
+
     /// Error of the distance that a span bridges over its length: that of the positions of those of its ends that are
     /// not held. The true value is no larger than one and the largest strain: a chord is no longer than its cable.
     fn reach_error(&self, span: &spans::Span) -> f64 {
-        let ends = span.ends().into_iter().zip(span.held).filter(|(_, held)| !held);
-        let moved: f64 = ends.map(|((branch, s), _)| self.position_error(branch, s)).sum();
+        let error = |((branch, s), known): ((usize, f64), EndKnown)| match known {
+            EndKnown::Place => 0.0,
+            // Where the ring is on the cable is as uncertain as where the cable is.
+            EndKnown::Slides => self.errors[branch].position.iter().copied().fold(0.0, f64::max),
+            EndKnown::No => self.position_error(branch, s),
+        };
+        let moved: f64 = span.ends().into_iter().zip(span.known).map(error).sum();
         let strain = |piece: &Piece| {
-            let b = piece.branch;
-            let tension = |i: usize| self.branches[b].tension_at(i) + self.errors[b].force[i];
+            let (b, own) = (piece.branch, &self.branches[piece.branch]);
+            let tension = |i: usize| {
+                let d3 = own.frame[i] * Vector::z();
+                let tensions = part::forces_around(own, i).map(|force| force.dot(&d3));
+                tensions[0].max(tensions[1]) + self.errors[b].force[i]
+            };
             self.network.branches[b].section.strain(piece.in_order().map(tension).fold(0.0, f64::max))
         };
         let strain = span.pieces.iter().map(strain).fold(0.0, f64::max);
@@ -229,44 +250,50 @@ impl<'a> Equilibrium<'a> {
 
     fn add_branch(&self, requirement: &Requirement, b: usize, (from, to): (f64, f64), found: &mut Vec<Found>) {
         let (branch, own) = (&self.branches[b], &self.network.branches[b]);
-        // All nodes from the last one before the part to the first one after it.
-        let first = branch.s.partition_point(|s| *s <= from).saturating_sub(1);
-        let last = branch.s.partition_point(|s| *s < to).min(branch.s.len() - 1);
         let errors = &self.errors[b];
-        // Only the least and the greatest value, as computed or with their errors, can be the worst.
-        let mut nodes = |value: &dyn Fn(usize) -> f64, error: &dyn Fn(usize) -> f64| {
+        // Only the least and the greatest value, as computed or with their errors, can be the worst. `widened`: values
+        // between nodes may be beyond those at them.
+        let mut places = |widened: bool, value: &dyn Fn(&Local) -> f64, error: &dyn Fn(&Local) -> f64| {
+            let part = PartOfBranch::new(branch, from, to);
+            let all: Vec<(&Local, f64, f64)> = part
+                .values(value)
+                .map(|(place, value, between)| (place, value, error(place) + if widened { between } else { 0.0 }))
+                .collect();
             let least = |sign: f64, doubt: f64| {
-                let score = |i: usize| sign * value(i) - doubt * error(i);
-                (first..=last).min_by(|a, b| score(*a).total_cmp(&score(*b)))
+                let score = |k: usize| sign * all[k].1 - doubt * all[k].2;
+                (0..all.len()).min_by(|a, b| score(*a).total_cmp(&score(*b)))
             };
             let mut ends = [(1.0, 0.0), (1.0, 1.0), (-1.0, 0.0), (-1.0, 1.0)].map(|(sign, doubt)| least(sign, doubt));
             ends.sort();
             let mut last_found = None;
-            for i in ends.into_iter().flatten() {
-                if last_found.replace(i) != Some(i) {
-                    let place = EventPlace::branch(&branch.name, branch.s[i]);
-                    found.push(Found { error: Some(error(i)), ..at(value(i), place) });
+            for k in ends.into_iter().flatten() {
+                if last_found.replace(k) != Some(k) {
+                    let (place, value, error) = all[k];
+                    found.push(Found { error: Some(error), ..at(value, EventPlace::branch(&branch.name, place.s)) });
                 }
             }
         };
-        let d3 = |i: usize| branch.frame[i] * Vector::z();
-        let axial = |i: usize| branch.force[i].dot(&d3(i));
-        let force = &|i: usize| errors.force[i];
+        let force = &|place: &Local| place.error(|i| errors.force[i]);
+        let torsion = &|place: &Local| place.error(|i| errors.torsion[i]);
         match requirement.measure {
-            Measure::BendRadius => nodes(&|i| branch.bend_radius[i], &|i| errors.bend_radius(i, branch.bend_radius[i])),
-            Measure::Tension => nodes(&axial, force),
-            Measure::Compression => nodes(&|i| -axial(i), force),
+            Measure::BendRadius => places(false, &|place| place.bend_radius, &|place| {
+                place.error(|i| errors.bend_radius(i, place.bend_radius))
+            }),
+            Measure::Tension => places(true, &Local::tension, force),
+            Measure::Compression => places(true, &|place| -place.tension(), force),
             Measure::Strain => {
-                let stiffness = |i: usize| own.section.stiffness_at(axial(i));
-                nodes(&|i| branch.strain_at(i), &|i| errors.force[i] / stiffness(i));
+                let error = |place: &Local| force(place) / own.section.stiffness_at(place.tension());
+                places(true, &|place| own.section.strain(place.tension()), &error);
             }
             Measure::Torsion if own.section.twists_linearly() => {
                 let stiffness = own.section.torsion_stiffness;
-                nodes(&|i| branch.moment[i].dot(&d3(i)).abs() / stiffness, &|i| errors.torsion[i]);
+                let twist = |place: &Local| place.moment.dot(&(place.frame * Vector::z())) / stiffness;
+                places(true, &|place| twist(place).abs(), torsion);
             }
-            Measure::Torsion => nodes(&|i| self.twist(b, i).abs(), &|i| errors.torsion[i]),
+            Measure::Torsion => places(true, &|place| self.twist(b, place.node).abs(), torsion),
             Measure::Deviation => {
-                nodes(&|i| deviation::distance_from(&own.drawn, &branch.position[i]), &|i| errors.position[i]);
+                let distance = |place: &Local| deviation::distance_from(&own.drawn, &place.position);
+                places(false, &distance, &|place| place.error(|i| errors.position[i]));
             }
             Measure::Turns => {
                 let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
@@ -278,9 +305,10 @@ impl<'a> Equilibrium<'a> {
             Measure::Slack => {
                 let (from, to) = (from.max(branch.s[0]), to.min(branch.s[branch.s.len() - 1]));
                 let between = result::position_at(branch, to) - result::position_at(branch, from);
-                let error = Some(2.0 * errors.position[first..=last].iter().copied().fold(0.0, f64::max));
+                let error = [from, to].map(|s| self.position_error(b, s)).iter().sum();
                 let place = EventPlace::branch(&branch.name, 0.5 * (from + to));
-                found.push(Found { error, ..at(to - from - between.norm(), place) });
+                let length = (to - from) * (1.0 + self.spans.free_strains[b]);
+                found.push(Found { error: Some(error), ..at(length - between.norm(), place) });
             }
             Measure::Reach => {
                 for span in self.spans.of(b) {
@@ -339,9 +367,10 @@ impl<'a> Equilibrium<'a> {
                     self.cables.clearance_from_obstacle(part, obstacle, &self.poses[o]);
                 let obstacle = Some(obstacle.name.clone());
                 let touches = self.contact_force(part.branch, Against::Obstacle(o)) > 0.0;
-                let error = (!touches).then(|| self.position_error(part.branch, s));
+                let error = (!touches).then(|| self.line_error(part.branch, s));
                 let place = EventPlace { obstacle, ..EventPlace::branch(name, s) };
-                Some(Found { error, ..at(distance, place) })
+                let radius = 0.5 * self.branches[part.branch].diameter;
+                Some(Found { error, ..at(if touches { in_touch(distance, radius) } else { distance }, place) })
             }
             Part::Branch { branch, from, to } => {
                 let other = CablePart { branch, from, to };
@@ -355,8 +384,10 @@ impl<'a> Equilibrium<'a> {
                 let touches = self.contact_force(part.branch, Against::Branch(branch)) > 0.0
                     || self.contact_force(branch, Against::Branch(part.branch)) > 0.0;
                 let own = [(part.branch, pair.s[0]), (branch, pair.s[1])];
-                let error = (!touches).then(|| own.map(|(b, s)| self.position_error(b, s)).iter().sum());
-                Some(Found { error, ..at(pair.distance, place) })
+                let error = (!touches).then(|| own.map(|(b, s)| self.line_error(b, s)).iter().sum());
+                let radii = 0.5 * own.map(|(b, _)| self.branches[b].diameter).iter().sum::<f64>();
+                let distance = if touches { in_touch(pair.distance, radii) } else { pair.distance };
+                Some(Found { error, ..at(distance, place) })
             }
             Part::Constraint(_) => None,
         }
@@ -366,7 +397,7 @@ impl<'a> Equilibrium<'a> {
     fn twist(&self, b: usize, node: usize) -> f64 {
         let branch = &self.branches[b];
         let (before, after) = (node.saturating_sub(1), (node + 1).min(branch.s.len() - 1));
-        let turned = twist_angle(&(branch.frame[before].inverse() * branch.frame[after]));
+        let turned = (branch.frame[before].inverse() * branch.frame[after]).scaled_axis().z;
         turned / (branch.s[after] - branch.s[before]) - self.rest_twists[b]
     }
 
@@ -380,7 +411,18 @@ impl<'a> Equilibrium<'a> {
             // Nodes in order, each with the force of the cable before it on that behind it.
             let nodes = |piece: &Piece| {
                 let (piece, branch) = (*piece, &self.branches[piece.branch]);
-                piece.in_order().map(move |i| (piece.branch, i, branch.position[i], -piece.sign() * branch.force[i]))
+                let [first, last] = piece.nodes;
+                // Of both sides of a node those within the piece.
+                let sides = move |i: usize| {
+                    let [before, after] = if first < last { [0, 1] } else { [1, 0] };
+                    let forces = part::forces_around(branch, i);
+                    let within = [(i != first).then_some(before), (i != last).then_some(after)];
+                    within.into_iter().flatten().map(move |side| forces[side])
+                };
+                let signed = move |i: usize| {
+                    sides(i).map(move |force| (piece.branch, i, branch.position[i], -piece.sign() * force))
+                };
+                piece.in_order().flat_map(signed)
             };
             let nodes: Vec<_> = span.pieces.iter().flat_map(nodes).collect();
             let way: f64 = nodes.windows(2).map(|pair| (pair[1].2 - pair[0].2).norm()).sum();
@@ -403,6 +445,12 @@ impl<'a> Equilibrium<'a> {
     fn contact_force(&self, branch: usize, touched: Against) -> f64 {
         self.contact_forces.get(&(branch, touched)).copied().unwrap_or(0.0)
     }
+}
+
+/// The distance of surfaces that touch, for a cable of this radius (both of them, between cables), m: that they lie in
+/// each other as far as contact allows is no overlap.
+fn in_touch(distance: f64, radius: f64) -> f64 {
+    if (-TOUCHING * radius..0.0).contains(&distance) { 0.0 } else { distance }
 }
 
 fn at(value: f64, place: EventPlace) -> Found {

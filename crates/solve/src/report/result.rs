@@ -1,9 +1,10 @@
 //! Results at a state: internal forces, moments, bend radii, reactions.
 
 use crate::report::nodes;
+use std::f64::consts::TAU;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, ObstacleResult,
-    SpanResult, StationResult, TightestBend,
+    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, NodeSides,
+    ObstacleResult, SpanResult, StationResult, TightestBend,
 };
 use wireloom_core::mechanism::Mechanism;
 use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};
@@ -61,7 +62,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         force: Vec::with_capacity(n + 1),
         moment: vec![Vector::zeros(); n + 1],
         bend_radius: Vec::with_capacity(n + 1),
-        twist_turns: twist_turns(shape.frames),
+        sides: Vec::new(),
+        twist_turns: 0.0,
         error: None,
         deviation: None,
         friction: None,
@@ -89,6 +91,21 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         };
         let inner = node > 0 && node < n && mesh.station_frame(node).is_some();
         let second = c > 0 && mesh.coupling_nodes[c - 1] == node;
+        if inner {
+            let (moment, radius) = (coupling_moments[c], bend_radius(&kappa, length));
+            match result.sides.last_mut().filter(|_| second) {
+                Some(sides) => (sides.moment[1], sides.bend_radius[1]) = (moment, radius),
+                None => result.sides.push(NodeSides {
+                    node,
+                    force: [
+                        middle_forces[node - 1] - weight(node - 1) * (0.5 * shape.rest_lengths[node - 1]),
+                        middle_forces[node] + weight(node) * (0.5 * shape.rest_lengths[node]),
+                    ],
+                    moment: [moment; 2],
+                    bend_radius: [radius; 2],
+                }),
+            }
+        }
         if !second || kappa.xy().norm() > curvature[node].0.xy().norm() {
             let side = match (inner, second) {
                 (false, _) => Side::Both,
@@ -199,10 +216,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     if branch.section.laws.axial.is_some() {
         result.strain = Some((0..=n).map(|node| branch.section.strain(result.tension_at(node))).collect());
     }
-    for (kappa, _) in &curvature {
-        let bend = kappa.xy().norm();
-        result.bend_radius.push(if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY });
-    }
+    result.twist_turns = twist(mesh, &shape, curvature.iter().map(|(kappa, _)| kappa.z).collect()) / TAU;
+    result.bend_radius = curvature.iter().map(|(kappa, _)| bend_radius(kappa, length)).collect();
     if !shape.memory.is_empty() {
         let unloaded = |c: &usize| branch.rod.curvature_under(&Vector::zeros(), memory_of(&shape, *c), 0.0);
         let set = couplings.iter().map(|c| unloaded(c).unwrap_or_default() - rest.unwrap_or_default()).collect();
@@ -210,6 +225,12 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         result.friction = Some(FrictionResult { set, dissipated, dissipated_in_all });
     }
     result
+}
+
+/// Bend radius (m) of a curvature (1/m) in a branch of this length (m).
+fn bend_radius(kappa: &Vector, length: f64) -> f64 {
+    let bend = kappa.xy().norm();
+    if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY }
 }
 
 /// Length of the first or last coupling of a branch, m.
@@ -223,10 +244,39 @@ fn memory_of<'s>(shape: &BranchShape<'s>, coupling: usize) -> &'s [f64] {
     &shape.memory[coupling * width..(coupling + 1) * width]
 }
 
-/// Total material twist of a branch with these frames, in turns.
+/// `∫ κ3 ds` of a branch, rad; `at_nodes` is κ3 at its nodes, 1/m. A coupling measures the rotation vector λκ over its
+/// cell; the mean curvature there is `κ − (λ²/12) κ × D` with the rate D (`models::variation`). Beside an end without a
+/// station half a segment is left, over which κ3 is the parabola through the next three nodes.
+fn twist(mesh: &Mesh, shape: &BranchShape<'_>, at_nodes: Vec<f64>) -> f64 {
+    let lengths = shape.coupling_lengths;
+    let kappa = |c: usize| (shape.frames[c].inverse() * shape.frames[c + 1]).scaled_axis() / lengths[c];
+    let curvatures: Vec<Vector> = (0..lengths.len()).map(kappa).collect();
+    let is_station = |frame: usize| mesh.station_frames.binary_search(&frame).is_ok();
+    let cell = |c: usize| {
+        let before = if c > 0 && !is_station(c) { c - 1 } else { c };
+        let after = if c + 1 < lengths.len() && !is_station(c + 1) { c + 1 } else { c };
+        let distance: f64 = (before..after).map(|k| 0.5 * (lengths[k] + lengths[k + 1])).sum();
+        let change = curvatures[after] - curvatures[before];
+        let rate = if distance > 0.0 { change / distance } else { change };
+        lengths[c] * (curvatures[c].z - lengths[c].powi(2) / 12.0 * curvatures[c].cross(&rate).z)
+    };
+    let n = mesh.segments();
+    let end = |node: usize, inwards: [usize; 2], segment: usize| match mesh.station_frame(node) {
+        Some(_) => 0.0,
+        None if n < 2 => 0.5 * shape.rest_lengths[segment] * at_nodes[node],
+        None => {
+            let [next, second] = inwards.map(|node| at_nodes[node]);
+            shape.rest_lengths[segment] * (at_nodes[node] / 3.0 + next * (5.0 / 24.0) - second / 24.0)
+        }
+    };
+    let ends = end(0, [1, 2], 0) + end(n, [n.saturating_sub(1), n.saturating_sub(2)], n - 1);
+    (0..lengths.len()).map(cell).sum::<f64>() + ends
+}
+
+/// Turns of the frames of a branch about its centre line, each from the one before.
 pub(crate) fn twist_turns(frames: &[Rotation]) -> f64 {
     let angles = frames.windows(2).map(|pair| twist_angle(&(pair[0].inverse() * pair[1])));
-    angles.sum::<f64>() / std::f64::consts::TAU
+    angles.sum::<f64>() / TAU
 }
 
 /// Rotation at fraction `t` between `a` and `b`.
@@ -435,6 +485,7 @@ mod tests {
             force: vec![Vector::zeros(); 2],
             moment: vec![Vector::zeros(); 2],
             bend_radius: radii.to_vec(),
+            sides: Vec::new(),
             twist_turns: 0.0,
             error: None,
             deviation: None,

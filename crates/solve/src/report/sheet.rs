@@ -33,12 +33,17 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The limits of its requirement that count for it. A straight cable has no bend radius, hence no limit.
+    /// The limits of its requirement that count for it: a straight cable, whose bend radius is infinite, keeps any least
+    /// one.
     pub fn limits<'r>(&self, requirement: &'r Requirement) -> impl Iterator<Item = (Bound, f64)> + use<'r> {
         let own = self.limit;
         let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
-        let infinite = self.value == f64::INFINITY;
-        limits.into_iter().filter_map(move |(bound, limit)| Some((bound, own.unwrap_or(limit.filter(|_| !infinite)?))))
+        let kept = self.value == f64::INFINITY;
+        let counts = move |(bound, limit): (Bound, Option<f64>)| {
+            let limit = limit.filter(|_| !(kept && bound == Bound::Min));
+            Some((bound, own.unwrap_or(limit?)))
+        };
+        limits.into_iter().filter_map(counts)
     }
 }
 
@@ -72,6 +77,19 @@ impl Worst {
         let margin = (self.bound.gap(self.value, self.limit) - error) / scale;
         // What is not a number is beyond any limit.
         if margin.is_nan() { f64::NEG_INFINITY } else { margin }
+    }
+
+    /// Why a requirement with this value, whose error reaches over its limit, is not resolved; `worst` is the worst
+    /// value.
+    fn reaches_over(&self, worst: Option<&Self>) -> String {
+        let why = "the discretisation error reaches over the limit".to_owned();
+        if worst
+            .is_some_and(|worst| (worst.value, &worst.moment, &worst.place) == (self.value, &self.moment, &self.place))
+        {
+            return why;
+        }
+        let Self { value, error, moment: Moment { step, increment, .. }, place, .. } = self;
+        format!("{why} at {place} in step `{step}` ({increment}): {value:.4e} ± {:.1e}", error.unwrap_or(0.0))
     }
 
     /// Whether it keeps its limit, but is near it and has no estimate of its error.
@@ -217,8 +235,8 @@ impl Line {
             let Moment { step, increment, .. } = moment;
             let why = format!("the equilibrium of step `{step}`, increment {increment}, is not stable");
             (Verdict::Unresolved, Some(why))
-        } else if doubted.is_some() {
-            (Verdict::Unresolved, Some("the discretisation error reaches over the limit".to_owned()))
+        } else if let Some(doubted) = doubted {
+            (Verdict::Unresolved, Some(doubted.reaches_over(self.worst.as_ref())))
         } else if self.worst.as_ref().is_some_and(Worst::is_uncertain) {
             let why = format!(
                 "its discretisation error is not known, and it is within {} % of its limit",
@@ -228,7 +246,7 @@ impl Line {
         } else {
             (Verdict::Pass, None)
         };
-        let shown = doubted.or(self.worst.as_ref());
+        let shown = self.worst.as_ref();
         let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
         let first = limits.into_iter().find_map(|(bound, limit)| Some((limit?, bound)));
         let (limit, bound) = shown.map(|worst| (worst.limit, worst.bound)).or(first).unwrap_or((0.0, Bound::Max));

@@ -23,6 +23,8 @@ pub(crate) struct Piece {
     pub nodes: [usize; 2],
     /// Unstressed arc lengths of these, m.
     pub s: [f64; 2],
+    /// 1 + ε, ε being the strain by temperature.
+    free: f64,
 }
 
 impl Piece {
@@ -38,27 +40,38 @@ impl Piece {
     }
 
     fn length(self) -> f64 {
-        (self.s[1] - self.s[0]).abs()
+        (self.s[1] - self.s[0]).abs() * self.free
     }
 
     fn turned(self) -> Self {
-        let Self { branch, nodes: [first, last], s: [from, to] } = self;
-        Self { branch, nodes: [last, first], s: [to, from] }
+        let Self { nodes: [first, last], s: [from, to], .. } = self;
+        Self { nodes: [last, first], s: [to, from], ..self }
     }
+}
+
+/// What is known of an end of a span.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum EndKnown {
+    /// It is held in place, at one place of the cable.
+    Place,
+    /// It is held in place, and the cable slides there.
+    Slides,
+    /// Nothing.
+    No,
 }
 
 /// Cable between two places; each is held, or an end or a joint that nothing holds.
 pub(crate) struct Span {
     /// Its pieces, in order.
     pub pieces: Vec<Piece>,
-    /// Unstressed length, with the lever arms of hubs, m.
+    /// Length without a force, at its temperature, with the lever arms of hubs, m.
     pub length: f64,
     /// Distance of its ends, m.
     pub chord: f64,
     /// Strain up to which it is not overstretched.
     pub tolerance: f64,
-    /// Whether its ends are held in place.
-    pub held: [bool; 2],
+    /// What is known of the places of its ends.
+    pub known: [EndKnown; 2],
     /// Whether nothing but loads acts on it between its ends: no branch leaves it, no constraint supports it.
     pub alone: bool,
 }
@@ -125,6 +138,8 @@ impl Edge {
 pub(crate) struct Spans {
     pub all: Vec<Span>,
     of_branch: Vec<Vec<usize>>,
+    /// Strain of each branch by temperature.
+    pub free_strains: Vec<f64>,
 }
 
 impl Spans {
@@ -133,7 +148,9 @@ impl Spans {
     pub fn new(problem: &Problem<'_>, state: &State) -> Self {
         let network = problem.network;
         let (held, supported) = acted_on(problem);
-        let edges = joined(network, &held, &supported, edges(network, state, &held, &supported));
+        let free_strains: Vec<f64> = (0..network.branches.len()).map(|b| problem.shape(state, b).free_strain).collect();
+        let edges = edges(network, state, &free_strains, &held, &supported);
+        let edges = joined(network, &held, &supported, edges);
         let position = |(branch, node): (usize, usize)| state.points[network.branches[branch].points.start + node];
         let mut all = Vec::new();
         for edge in edges.iter().filter(|edge| !edge.pieces.is_empty()) {
@@ -141,12 +158,17 @@ impl Spans {
             let [a, b] = [(first.branch, first.nodes[0]), (last.branch, last.nodes[1])];
             // The end of an arm away from its hub is not where the hub is held.
             let ends_held = [0, 1].map(|k| held[edge.vertices[k]] && edge.levers[k] == 0.0);
+            let known = [(0, a), (1, b)].map(|(k, (branch, node))| match ends_held[k] {
+                true if slides(network, branch, node) => EndKnown::Slides,
+                true => EndKnown::Place,
+                false => EndKnown::No,
+            });
             all.push(Span {
                 pieces: edge.pieces.clone(),
                 length: edge.length(),
                 chord: (position(b) - position(a)).norm(),
                 tolerance: if ends_held == [true; 2] { ROUND_OFF } else { LARGE_STRAIN },
-                held: ends_held,
+                known,
                 alone: edge.alone,
             });
         }
@@ -159,7 +181,7 @@ impl Spans {
                 }
             }
         }
-        Self { all, of_branch }
+        Self { all, of_branch, free_strains }
     }
 
     /// The spans that a branch is part of.
@@ -194,8 +216,13 @@ fn acted_on(problem: &Problem<'_>) -> (Vec<bool>, Vec<bool>) {
     (held, supported)
 }
 
+/// Whether the cable slides at a node.
+fn slides(network: &Network, branch: usize, node: usize) -> bool {
+    network.slides.iter().any(|slide| (slide.branch, slide.node) == (branch, node))
+}
+
 /// Cables between neighbouring vertices on a branch.
-fn edges(network: &Network, state: &State, held: &[bool], supported: &[bool]) -> Vec<Edge> {
+fn edges(network: &Network, state: &State, strains: &[f64], held: &[bool], supported: &[bool]) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (index, branch) in network.branches.iter().enumerate() {
         let s = state.arc_lengths(network, index);
@@ -222,7 +249,12 @@ fn edges(network: &Network, state: &State, held: &[bool], supported: &[bool]) ->
             edges.push(Edge {
                 vertices: [start, end],
                 levers: [lever, other_lever],
-                pieces: vec![Piece { branch: index, nodes: [from, to], s: [s[from], s[to]] }],
+                pieces: vec![Piece {
+                    branch: index,
+                    nodes: [from, to],
+                    s: [s[from], s[to]],
+                    free: 1.0 + strains[index],
+                }],
                 alone: !supported[first + from + 1..first + to].contains(&true),
             });
         }
@@ -302,7 +334,15 @@ fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge
                 }
                 vertex = edge.other(vertex);
             }
-            found.push(Span { pieces, length, chord, tolerance: ROUND_OFF, held: [true; 2], alone: false });
+            let mut span =
+                Span { pieces, length, chord, tolerance: ROUND_OFF, known: [EndKnown::Place; 2], alone: false };
+            let ends = [span.pieces.first(), span.pieces.last()];
+            for (k, piece) in ends.into_iter().enumerate() {
+                if piece.is_some_and(|piece| slides(network, piece.branch, piece.nodes[k])) {
+                    span.known[k] = EndKnown::Slides;
+                }
+            }
+            found.push(span);
         }
     }
     let mut index = 0;

@@ -1,6 +1,5 @@
 //! What a split would give another meaning is refused: it could turn a failed requirement of the text into one that
-//! passes. What every harness must keep (its spans are long enough and do not buckle) goes by the branches that there
-//! are then.
+//! passes. What every harness must keep (its spans are long enough and do not buckle) goes on through the new joint.
 
 use super::super::entries::{each_table, is, list, refused, word};
 use super::super::lengths::metres;
