@@ -37,8 +37,8 @@
 //! the leading term says little; there the estimate is the change itself (Zienkiewicz and Zhu 1992, The superconvergent
 //! patch recovery, International Journal for Numerical Methods in Engineering 33, estimate the error by such jumps).
 //!
-//! Where H is not available (loads without a potential have none, or the state is no equilibrium of known stability),
-//! the estimate is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where
+//! Under loads without a potential H is the tangent of the residual. Where it is not available (the state is no
+//! equilibrium of known stability, or cables slide under such loads), the estimate is local: the last contribution, times `LOCAL_SAFETY`, integrated along the branch for positions. Where
 //! cables touch something H contains the contacts that act, and where they slide the arc length at the constraint is
 //! fixed; with another mesh both would differ a little, so the estimate is doubled there, that of positions tripled
 //! where they slide.

@@ -144,10 +144,15 @@ impl Inspector {
     }
 
     /// `−H⁻¹ g` with the Hessian factorised by the last [`Self::inspect`], which was at `state`, for another gradient g
-    /// of the points and frames; what slides stays at its arc length.
+    /// of the points and frames; what slides stays at its arc length. Under loads without a potential H is the tangent
+    /// of the residual, after [`Self::prepare_without_potential`].
     pub fn response(&mut self, problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Tangent {
         let mut response = Tangent::zeros(problem.network);
-        self.system.step(problem, state, gradient, None, &mut response);
+        let Self { system, border, without, .. } = self;
+        system.step(problem, state, gradient, None, &mut response);
+        if !problem.has_potential() {
+            without.complete(system, border, problem, state, &mut response);
+        }
         response
     }
 

@@ -63,7 +63,10 @@ impl Driver<'_, '_> {
         let branch = |b: usize| result::branch(&self.problem, b, &self.state, touching);
         let mut branches: Vec<BranchResult> = (0..self.problem.network.branches.len()).map(branch).collect();
         // A neutral equilibrium may answer to any error with any motion.
-        let hessian = inspection.is_some_and(|inspection| inspection.stability != Stability::Neutral);
+        let hessian = match inspection {
+            Some(inspection) => inspection.stability != Stability::Neutral,
+            None => !self.problem.has_potential() && !self.problem.has_slides(),
+        };
         self.errors = self.certifier.discretisation(&mut self.problem, &self.state, &branches, hessian);
         for (branch, errors) in branches.iter_mut().zip(&self.errors) {
             branch.error = errors.largest(branch);
