@@ -100,7 +100,7 @@ impl JointModel for Ball {
         let k = frames.len();
         let turned = |a: usize| self.rest[a].to_rotation_matrix().into_inner();
         for (a, b, pair) in self.pairs(frames) {
-            let h = pair.hessian(1.0, &Vector::repeat(self.stiffness));
+            let h = pair.hessian(&Vector::repeat(self.stiffness));
             let (ra, rb) = (turned(a), turned(b));
             hessian[a * k + a] += ra.transpose() * h.aa * ra;
             hessian[b * k + b] += rb.transpose() * h.bb * rb;
