@@ -3,4 +3,5 @@
 mod continued;
 pub mod cosserat;
 pub mod hub;
+mod pair;
 pub mod sharing;
