@@ -1,5 +1,6 @@
 //! Joints.
 
+pub mod compliant_hub;
 mod continued;
 pub mod cosserat;
 pub mod hub;

@@ -4,7 +4,7 @@ use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_nu
 use std::time::Instant;
 use wireloom::geometry::{Matrix, Rotation, Vector, frame_from};
 use wireloom::harness::Section;
-use wireloom::parts::{Arm, JointKind, JointModel, JointSpec, Mounting};
+use wireloom::parts::{Arm, ArmSpring, JointKind, JointModel, JointSpec, Mounting};
 use wireloom::testing::conformance::joint::{CHECKS, Subject};
 
 /// Arms of the joint for timing and invalid input.
@@ -58,6 +58,7 @@ fn hangs(joint: &dyn JointModel) -> &'static str {
         Mounting::Point => "ok: the arms share a point",
         Mounting::Stations => "ok: the arms share a point, their ends have frames",
         Mounting::Pose => "ok: a hub",
+        Mounting::CompliantHub => "ok: a hub, the ends of the arms have frames",
     }
 }
 
@@ -92,6 +93,7 @@ fn spec() -> JointSpec {
             segment_length: 0.01,
             length: 1.0,
             curvature: Vector::zeros(),
+            spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2) },
         }
     };
     JointSpec { name: "trial".into(), arms: (0..ARMS).map(arm).collect(), wires: vec![] }
