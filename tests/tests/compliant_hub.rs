@@ -1,5 +1,5 @@
-//! The joint `compliant-hub`: its limits, its springs about each axis, what attaches to it, and what one file says for all
-//! models. Its closed form with offsets is `scenarios/analytic/compliant_hub.toml`.
+//! The joint `compliant-hub`: its limits, its springs about each axis, what attaches to it, and what one file says for
+//! all models. Its closed form with offsets is `scenarios/analytic/compliant_hub.toml`.
 
 use wireloom::geometry::Vector;
 use wireloom::{Status, StepResult};

@@ -599,8 +599,8 @@ impl Network {
         self.constraints.push(constraint);
     }
 
-    /// Site of a place: the independent point and frame on which its pose depends. The end of an arm on a hub, also on a
-    /// compliant one, is a place on the hub.
+    /// Site of a place: the independent point and frame on which its pose depends. The end of an arm on a hub, also on
+    /// a compliant one, is a place on the hub.
     pub fn site(&self, place: Place) -> Site {
         match place {
             Place::Joint(j) => {

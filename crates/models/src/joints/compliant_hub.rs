@@ -12,8 +12,8 @@
 //! ```
 //!
 //! The energy is that of a coupling with λ = 1 m, so minimisers, monitors and devices know it. Where a moment M enters
-//! by one arm and leaves by another one, they turn relative to each other by `M/k_a + M/k_b`: the springs are in series,
-//! with the hub between them. For K → ∞ the joint is `rigid-body`, and `fused` where no arm has an offset.
+//! by one arm and leaves by another one, they turn relative to each other by `M/k_a + M/k_b`: springs in series, with
+//! the hub between them. For K → ∞ the joint is `rigid-body`, and `fused` where no arm has an offset.
 //!
 //! It is the model of a body that is soft where its arms leave it: moulded break-outs of rubber, heat-shrink boots,
 //! backshells with a rubber grommet. `rigid-body` is for housings that do not give way, `cosserat` for break-outs

@@ -60,7 +60,8 @@ const OF_SECTIONS: [&str; 9] = [
     "max_torsion",
 ];
 
-/// All values of a scenario that may be set: joints with the springs of their arms, branches, sections, the minimiser, in this order.
+/// All values of a scenario that may be set: joints with the springs of their arms, branches, sections, the minimiser,
+/// in this order.
 pub fn adjustable(scenario: &Scenario, registry: &Registry) -> Vec<Adjustable> {
     let mut all = Vec::new();
     for joint in &scenario.joints {

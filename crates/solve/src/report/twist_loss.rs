@@ -26,8 +26,8 @@ pub(crate) const RESOLVED_TURN: f64 = TAU / 6.0;
 enum Coupled {
     /// Frame c and the next one of a branch.
     Along { branch: usize, c: usize },
-    /// Two frames of a joint, each with the rotation that makes both equal at rest: that of an arm at `s` of its branch,
-    /// and that of another arm (its branch) or of the hub. With the parts of the harness on both sides.
+    /// Two frames of a joint, each with the rotation that makes both equal at rest: that of an arm, at `s` of its
+    /// branch, and that of another arm (its branch) or of the hub. With the parts of the harness on both sides.
     AtJoint { sides: [Side; 2], s: f64, other: Option<usize>, frames: [usize; 2], rest: [Rotation; 2] },
     /// Station and target of a constraint with a rotational spring.
     Spring { constraint: usize },
