@@ -364,8 +364,8 @@ class Joint(_Base):
     Args:
         kind: name in scenarios.
         at_stations: whether the frames are those of stations at the arms' ends, instead of those of the first segments.
-        hub: whether the joint is a hub with a pose, to which the ends of the arms are fixed at their offsets; the frames
-            are those of stations at the arms' ends and, behind them, that of the hub.
+        hub: whether the joint is a hub with a pose, to which the ends of the arms are fixed at their offsets; the
+            frames are those of stations at the arms' ends and, behind them, that of the hub.
     """
 
     arms: tuple[Arm, ...]
