@@ -253,6 +253,7 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
                 Some("bend") => energy.bend,
                 Some("twist") => energy.twist,
                 Some("stretch") => energy.stretch,
+                Some("joint") => energy.joint,
                 Some(other) => return Err(format!("no part `{other}` of the energy").into()),
             }]
         }

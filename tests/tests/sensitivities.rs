@@ -69,6 +69,14 @@ fn of_other_joints() {
     let of = ["energy.total", "force.plug-A", "bend_radius.trunk", "position_x.J"];
     holds("branches/y_rigid_body.toml", &of, &by);
     holds("branches/y_fused.toml", &of, &by[2..]);
+    let by = [
+        "joints.J.bending_stiffness.1",
+        "joints.J.torsion_stiffness",
+        "joints.J.arms.right.torsion_stiffness",
+        "joints.J.arms.right.offset.0",
+        "branches.left.length",
+    ];
+    holds("analytic/compliant_hub.toml", &["energy.total", "twist_turns.left", "position_x.J"], &by);
 }
 
 #[test]

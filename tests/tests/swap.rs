@@ -11,6 +11,7 @@ use wireloom::{Run, Status, StepResult};
 fn run(rod: &str, joint: &str, minimiser: &str) -> Run {
     let path = wireloom_tests::root().join("scenarios/branches/y_fused.toml");
     let text = std::fs::read_to_string(path).expect("a scenario of the repository");
+    let text = text.replace("[[joints]]\n", "[[joints]]\nbending_stiffness = 0.3\ntorsion_stiffness = 0.15\n");
     let registry = wireloom::registry();
     let mut scenario = wireloom::scenario::parse(&text, &registry).expect("no faults");
     for branch in &mut scenario.branches {
@@ -63,6 +64,11 @@ fn rods_and_minimisers_at_a_cosserat_joint() {
 #[test]
 fn rods_and_minimisers_at_a_rigid_body() {
     agree("rigid-body");
+}
+
+#[test]
+fn rods_and_minimisers_at_a_compliant_hub() {
+    agree("compliant-hub");
 }
 
 #[test]

@@ -30,8 +30,9 @@ struct WireloomKind;
 #define WIRELOOM_ABI_MAJOR 1
 
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
-// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature.
-#define WIRELOOM_ABI_MINOR 4
+// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
+// compliant hubs, springs of their arms.
+#define WIRELOOM_ABI_MINOR 5
 
 // Success.
 #define WIRELOOM_STATUS_OK 0
@@ -173,6 +174,10 @@ struct WireloomKind;
 
 // `JointDescription::mounting`: the arms share one point; the energy couples the frames that their ends have there.
 #define WIRELOOM_MOUNTING_STATIONS 3
+
+// `JointDescription::mounting`: a hub with a pose, to which the end points of its arms are fixed; the energy couples
+// the frames that the ends have there and, behind them, the frame of the hub.
+#define WIRELOOM_MOUNTING_COMPLIANT_HUB 4
 
 // Buffer for a message of the plugin: at most `capacity` bytes, including the terminating zero.
 typedef struct WireloomText {
@@ -492,6 +497,10 @@ typedef struct WireloomArm {
     double torsion_stiffness;
     // Unstressed length of its branch, m.
     double length;
+    // Stiffness of the spring that holds it to a compliant hub, about d1 and d2, N m/rad; 0: not given.
+    double spring_bending[2];
+    // Likewise about d3.
+    double spring_torsion;
 } WireloomArm;
 
 // Fraction of the wires of one arm that continues in another.
@@ -544,16 +553,16 @@ typedef struct WireloomJointDescription {
     uint32_t reserved;
 } WireloomJointDescription;
 
-// Outputs for a joint of `k` arms; null outputs are not requested. The energy is nonnegative, 0 at the rest
-// directions, and invariant under a common rotation of all frames.
+// Outputs for a joint of `k` frames: those of its arms, and of a compliant hub; null outputs are not requested. The
+// energy is nonnegative, 0 at the rest directions, and invariant under a common rotation of all frames.
 typedef struct WireloomJointEvaluation {
     // Size of this struct, bytes.
     uint32_t size;
-    // Number of arms.
+    // Number of frames k.
     uint32_t arm_count;
     // Energy, J: one number.
     double *energy;
-    // Derivative of the energy with respect to θ of each arm, N m: `3 k` numbers.
+    // Derivative of the energy with respect to θ of each frame, N m: `3 k` numbers.
     double *gradient;
     // Second derivative: `3 k × 3 k` numbers, symmetric.
     double *hessian;
@@ -573,8 +582,8 @@ typedef struct WireloomJointKind {
                       struct WireloomText *message);
     // Destroys an instance.
     void (*destroy)(void *instance);
-    // Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms. May be null only
-    // if all instances are hubs.
+    // Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms; that of a
+    // compliant hub is the last. May be null only if all instances are rigid hubs.
     int32_t (*evaluate)(const void *instance,
                         const double *frames,
                         struct WireloomJointEvaluation *evaluation,

@@ -49,8 +49,9 @@ pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 /// Major version of this ABI: programs and plugins of different major versions are incompatible.
 pub const ABI_MAJOR: u32 = 1;
 /// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
-/// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature.
-pub const ABI_MINOR: u32 = 4;
+/// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
+/// compliant hubs, springs of their arms.
+pub const ABI_MINOR: u32 = 5;
 
 /// Success.
 pub const STATUS_OK: i32 = 0;
@@ -154,6 +155,9 @@ pub const MOUNTING_POINT: i32 = 1;
 pub const MOUNTING_POSE: i32 = 2;
 /// [`JointDescription::mounting`]: the arms share one point; the energy couples the frames that their ends have there.
 pub const MOUNTING_STATIONS: i32 = 3;
+/// [`JointDescription::mounting`]: a hub with a pose, to which the end points of its arms are fixed; the energy couples
+/// the frames that the ends have there and, behind them, the frame of the hub.
+pub const MOUNTING_COMPLIANT_HUB: i32 = 4;
 
 /// Buffer for a message of the plugin: at most `capacity` bytes, including the terminating zero.
 #[repr(C)]
@@ -593,8 +597,8 @@ pub struct JointKind {
     >,
     /// Destroys an instance.
     pub destroy: Option<unsafe extern "C" fn(instance: *mut c_void)>,
-    /// Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms. May be null only
-    /// if all instances are hubs.
+    /// Energy and derivatives for frames of the arms: `w, x, y, z` of each, in the order of the arms; that of a
+    /// compliant hub is the last. May be null only if all instances are rigid hubs.
     pub evaluate: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
@@ -640,6 +644,10 @@ pub struct Arm {
     pub torsion_stiffness: f64,
     /// Unstressed length of its branch, m.
     pub length: f64,
+    /// Stiffness of the spring that holds it to a compliant hub, about d1 and d2, N m/rad; 0: not given.
+    pub spring_bending: [f64; 2],
+    /// Likewise about d3.
+    pub spring_torsion: f64,
 }
 
 /// Fraction of the wires of one arm that continues in another.
@@ -698,18 +706,18 @@ pub struct JointDescription {
     pub reserved: u32,
 }
 
-/// Outputs for a joint of `k` arms; null outputs are not requested. The energy is nonnegative, 0 at the rest
-/// directions, and invariant under a common rotation of all frames.
+/// Outputs for a joint of `k` frames: those of its arms, and of a compliant hub; null outputs are not requested. The
+/// energy is nonnegative, 0 at the rest directions, and invariant under a common rotation of all frames.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct JointEvaluation {
     /// Size of this struct, bytes.
     pub size: u32,
-    /// Number of arms.
+    /// Number of frames k.
     pub arm_count: u32,
     /// Energy, J: one number.
     pub energy: *mut f64,
-    /// Derivative of the energy with respect to θ of each arm, N m: `3 k` numbers.
+    /// Derivative of the energy with respect to θ of each frame, N m: `3 k` numbers.
     pub gradient: *mut f64,
     /// Second derivative: `3 k × 3 k` numbers, symmetric.
     pub hessian: *mut f64,

@@ -193,7 +193,7 @@ fn layout() -> String {
         Arm {
             branch, starts_here, reserved, rest, offset, curvature, segment_length, diameter, linear_density,
             axial_stiffness, shear_stiffness,
-            bending_stiffness, torsion_stiffness, length,
+            bending_stiffness, torsion_stiffness, length, spring_bending, spring_torsion,
         }
         WireShare { from, to, share }
         JointSpec { size, arm_count, arm_stride, wire_count, name, arms, wires, values, value_count, reserved }

@@ -22,6 +22,17 @@ pub struct Arm {
     pub length: f64,
     /// Rest curvature of its branch, 1/m.
     pub curvature: Vector,
+    /// Spring that holds it to a compliant hub, as far as the scenario gives one.
+    pub spring: ArmSpring,
+}
+
+/// Spring between an arm and its hub, about the axes of the arm's frame; `None`: not given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ArmSpring {
+    /// Stiffness about d1 and d2, N m/rad.
+    pub bending: Option<[f64; 2]>,
+    /// Stiffness about d3, N m/rad.
+    pub torsion: Option<f64>,
 }
 
 /// Fraction of the wires of arm `from` that passes to arm `to`.
@@ -57,6 +68,16 @@ pub enum Mounting {
     Stations,
     /// The joint is a hub with a pose; the end station of every arm is rigidly connected to it.
     Pose,
+    /// The joint is a hub with a pose; the end of every arm is fixed to it at the arm's offset and has a frame of its
+    /// own there, that of a station. The joint's energy couples these frames and, behind them, the frame of the hub.
+    CompliantHub,
+}
+
+impl Mounting {
+    /// Whether the joint is a hub: it has a frame, and arms leave it at offsets.
+    pub fn is_hub(self) -> bool {
+        matches!(self, Mounting::Pose | Mounting::CompliantHub)
+    }
 }
 
 /// What the rod of an arm couples beyond its first segment: pairs of couplings ([`crate::rod::CellPair`]).
@@ -71,11 +92,11 @@ pub struct Continuation {
 /// A joint of any number k ≥ 2 of arms.
 ///
 /// Contract: the energy depends on the frames of the arms' segments at the joint, or of the stations at their ends (in
-/// the order of the arms, as frames of their branches: d3 `from → to`), is ≥ 0, 0 at the rest directions (near them
-/// where arms are curved at rest), unchanged by a common rotation, and unchanged when the direction of a branch is
-/// reversed. Energy and derivatives have no default: a joint that leaves one out would exert nothing. A hub with
-/// rigidly connected arms ([`Mounting::Pose`]) has no energy: it returns 0 and adds nothing. Methods neither allocate
-/// nor fail.
+/// the order of the arms, as frames of their branches: d3 `from → to`), and behind them on that of a compliant hub. It
+/// is ≥ 0, 0 at the rest directions (near them where arms are curved at rest), unchanged by a common rotation, and
+/// unchanged when the direction of a branch is reversed. Energy and derivatives have no default: a joint that leaves
+/// one out would exert nothing. A hub with rigidly connected arms ([`Mounting::Pose`]) has no energy: it returns 0 and
+/// adds nothing. Methods neither allocate nor fail.
 pub trait JointModel: Send + Sync {
     /// Connection of the arms.
     fn mounting(&self) -> Mounting;

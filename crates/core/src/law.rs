@@ -49,7 +49,8 @@ pub struct SegmentLaw {
 /// A joint, without what it has where it continues rods ([`crate::JointModel::continue_rods`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointLaw {
-    /// The pairs of coupled arms; empty on a hub.
+    /// The pairs of coupled frames, by their index in what the energy depends on: arms, then a compliant hub. Empty on
+    /// a rigid hub.
     pub pairs: Vec<PairLaw>,
 }
 
@@ -57,9 +58,9 @@ pub struct JointLaw {
 /// the imaginary part of `r = conj(q_a α) (q_b β)` with the sign that makes its real part ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
-    /// Index of the first arm.
+    /// Index of the first frame.
     pub a: usize,
-    /// Index of the second arm.
+    /// Index of the second frame.
     pub b: usize,
     /// α.
     pub alpha: Rotation,

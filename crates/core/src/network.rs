@@ -181,11 +181,20 @@ pub struct Joint {
     /// Index of its frame in the state, if it has one.
     pub frame: Option<usize>,
     /// Frames coupled by the joint's energy, one for each arm: with [`Mounting::Point`] that of its segment at the
-    /// joint, with [`Mounting::Stations`] that of its end; empty on a hub.
+    /// joint, with [`Mounting::Stations`] and [`Mounting::CompliantHub`] that of its end; empty on a rigid hub.
     pub arm_frames: Vec<usize>,
-    /// Frames that its energy depends on: those of the arms, and then those of their second segments where the model
-    /// continues the rods ([`JointModel::continue_rods`]).
+    /// Frames that its energy depends on: those of the arms, then that of a compliant hub, or those of the second
+    /// segments where the model continues the rods ([`JointModel::continue_rods`]).
     pub coupled_frames: Vec<usize>,
+}
+
+impl Joint {
+    /// Length by which an arm adds to the weight of the hub's frame in a shifted Hessian, m: its offset and, on a
+    /// compliant hub, which is part of no coupling of the arm, half a segment.
+    pub fn lever(&self, arm: &Arm) -> f64 {
+        let own = if self.arm_frames.is_empty() { 0.0 } else { 0.5 * arm.segment_length };
+        own + arm.offset.norm()
+    }
 }
 
 /// Site of a constraint or load: a pose that depends on independent variables of the state.
@@ -295,12 +304,12 @@ impl Load {
     }
 }
 
-/// Tie: a dependent point, and possibly frame, of the state that follows a joint.
+/// Tie: a dependent point, and on rigid hubs frame, of the state that follows a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tie {
     /// The end node of a branch.
     pub point: usize,
-    /// The end station's frame, if the joint is a hub.
+    /// The end station's frame, if the joint is a rigid hub.
     pub frame: Option<usize>,
     /// The joint's point.
     pub hub_point: usize,
@@ -316,7 +325,7 @@ pub struct Tie {
 ///
 /// Indices in a state: `points` holds the nodes of all branches, one branch after the other, then one point for each
 /// joint; `frames` holds the rows of frames of all branches, then one frame for each joint that is a hub. The end nodes
-/// (and on hubs the end stations) of arms are tied to their joint.
+/// (and on rigid hubs the end stations) of arms are tied to their joint.
 pub struct Network {
     /// Unique number of the network in the process, by which workspaces recognise it.
     pub id: u64,
@@ -443,7 +452,7 @@ impl Network {
         let mut placed = Vec::new();
         for (index, mut plan) in joints.into_iter().enumerate() {
             let mounting = plan.model.mounting();
-            let hub = mounting == Mounting::Pose;
+            let (hub, rigid) = (mounting.is_hub(), mounting == Mounting::Pose);
             let point = points;
             points += 1;
             let frame = hub.then_some(frames);
@@ -464,13 +473,13 @@ impl Network {
                 assert!(fits, "branch {}: stations do not fit joint {}", branch.name, plan.name);
                 ties.push(Tie {
                     point: branch.points.start + node,
-                    frame: station.filter(|_| hub).map(|c| branch.frames.start + c),
+                    frame: station.filter(|_| rigid).map(|c| branch.frames.start + c),
                     hub_point: point,
                     hub_frame: frame,
                     offset: if hub { arm.offset } else { Vector::zeros() },
                     rest: arm.rest,
                 });
-                if !hub {
+                if !rigid {
                     arm_frames.push(branch.frames.start + station.unwrap_or(mesh.segment_frames[segment]));
                 }
                 if mounting == Mounting::Point && branch.rod.couples_pairs() && mesh.is_fine(segment) {
@@ -483,6 +492,7 @@ impl Network {
                 }
             }
             let mut coupled_frames = arm_frames.clone();
+            coupled_frames.extend(frame.filter(|_| !rigid));
             if plan.model.continue_rods(&continuations) {
                 assert_eq!(second_frames.len(), arm_frames.len(), "joint {} continues rods that end", plan.name);
                 coupled_frames.extend(second_frames);
@@ -589,7 +599,8 @@ impl Network {
         self.constraints.push(constraint);
     }
 
-    /// Site of a place: the independent point and frame on which its pose depends.
+    /// Site of a place: the independent point and frame on which its pose depends. The end of an arm on a hub, also on
+    /// a compliant one, is a place on the hub.
     pub fn site(&self, place: Place) -> Site {
         match place {
             Place::Joint(j) => {

@@ -45,7 +45,7 @@ pub trait ConstraintEnergy: Send + Sync {
 
 /// Energy of a joint, of which the gradient may be known; otherwise as a [`JointModel`].
 pub trait JointEnergy: Send + Sync {
-    /// Connection of the arms: [`Mounting::Point`] or [`Mounting::Stations`].
+    /// Connection of the arms, but [`Mounting::Pose`], which has no energy.
     fn mounting(&self) -> Mounting;
     /// Energy, J.
     fn energy(&self, frames: &[Rotation]) -> f64;

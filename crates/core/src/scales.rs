@@ -60,7 +60,16 @@ pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
         let round_off = round_off(branch, bending);
         LocalScale { force: bending / (length * length), moment: bending / length, length, round_off }
     };
-    network.branches.iter().zip(&piece).map(scale).collect()
+    let mut scales: Vec<LocalScale> = network.branches.iter().zip(&piece).map(scale).collect();
+    // The springs of compliant hubs may be stiffer than any rod.
+    for joint in network.joints.iter().filter(|joint| joint.frame.is_some()) {
+        for pair in joint.model.law().into_iter().flat_map(|law| law.pairs) {
+            for &branch in [pair.a, pair.b].iter().filter_map(|&arm| joint.branches.get(arm)) {
+                scales[branch].round_off[1] += ROUNDINGS * f64::EPSILON * pair.stiffness.max() / pair.length;
+            }
+        }
+    }
+    scales
 }
 
 /// Force (N) and moment (N m) caused by rounding errors of the strains of a rod, `ε K` and `ε (K ℓ + C/λ)` with K

@@ -100,6 +100,8 @@ path = [[-0.23, -0.2, 0.018], [-0.23, 0.2, 0.018]]
 [[joints]]
 name = "J"
 model = "MODEL"
+bending_stiffness = [0.3, 0.5]
+torsion_stiffness = 0.2
 arms = [
   { branch = "trunk", direction = [-1, 0, 0], up = [0, 0, 1] },
   { branch = "left", direction = [0.8, 0.6, 0], up = [0, 0, 1] },
@@ -444,8 +446,10 @@ impl Term for Joints<'_> {
 
 #[test]
 fn joints() {
-    let network = network("cosserat");
-    check("joints", &network, &shaken(&network), &mut Joints(&network, JointTerm::new(&network)));
+    for model in ["cosserat", "compliant-hub"] {
+        let network = network(model);
+        check(model, &network, &shaken(&network), &mut Joints(&network, JointTerm::new(&network)));
+    }
 }
 
 /// A joint through which all wires run has the variation of curvature around it, in the frames of four segments.
@@ -499,7 +503,7 @@ fn plan(model: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange
 /// Each constraint alone, on a joint without frame and on a hub, where stations and nodes have levers.
 #[test]
 fn constraints() {
-    for model in ["cosserat", "rigid-body"] {
+    for model in ["cosserat", "rigid-body", "compliant-hub"] {
         let mut network = network(model);
         let end = |branch: usize, last: bool, network: &Network| Place::Node {
             branch,
@@ -507,7 +511,7 @@ fn constraints() {
         };
         // The end of the left arm at the joint, the start of the trunk, the end of the cable across it.
         let (near, start, across) = (end(1, false, &network), end(0, false, &network), end(ACROSS, true, &network));
-        let near = if model == "rigid-body" { near } else { end(1, true, &network) };
+        let near = if model == "cosserat" { end(1, true, &network) } else { near };
         let strut = Strut { rest: 0.01, stiffness: 70.0 };
         network.add_constraint(plan(Box::new(strut), vec![near, start], None));
         network.add_constraint(plan(Box::new(Link(0.3)), vec![start, near], None));
@@ -780,7 +784,7 @@ fn sliding() {
 /// The problem's energy and gradient are the sums over the terms.
 #[test]
 fn the_problem_is_the_sum_of_its_terms() {
-    for model in ["cosserat", "rigid-body"] {
+    for model in ["cosserat", "rigid-body", "compliant-hub"] {
         let network = network(model);
         let (before, mut conditions) = (drawn(&network), conditions(&network));
         conditions.contact.friction = true;

@@ -8,7 +8,7 @@ use wireloom_core::network::Site;
 use wireloom_core::registry::BuildError;
 use wireloom_core::section::SectionLaws;
 use wireloom_core::variable::Variable as CoreVariable;
-use wireloom_core::{Matrix, Network, Pose, Problem, Rotation, State, Tangent, Vector};
+use wireloom_core::{Matrix, Mounting, Network, Pose, Problem, Rotation, State, Tangent, Vector};
 use wireloom_shaders::harness::{
     CarriedFrame, Coupling, End, Harness, Hold, Segment, Shape, Spring, Station, StationSegment, Variable,
 };
@@ -62,6 +62,12 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
     for joint in &network.joints {
         if joint.model.law().is_none() {
             return refused(format!("joint `{}` ({})", joint.name, joint.kind));
+        }
+        // A station of the shaders has one frame, which carries its offset, too.
+        if joint.model.mounting() == Mounting::CompliantHub
+            && joint.arms.iter().any(|arm| arm.offset != Vector::zeros())
+        {
+            return refused(format!("joint `{}` ({}), whose arms have offsets,", joint.name, joint.kind));
         }
     }
     for constraint in &network.constraints {
@@ -142,8 +148,10 @@ impl Flattening {
                 add(*c, mesh.rest_lengths[j]);
             }
         }
-        for (frame, offset) in network.ties.iter().filter_map(|tie| self.carriers[tie.point].lever) {
-            weights[frame as usize] += offset.norm();
+        for joint in &network.joints {
+            for (hub, arm) in joint.frame.into_iter().flat_map(|hub| joint.arms.iter().map(move |arm| (hub, arm))) {
+                weights[self.turned[hub].frame as usize] += joint.lever(arm);
+            }
         }
         weights
     }
@@ -243,7 +251,7 @@ impl Flattening {
         for joint in &network.joints {
             for pair in joint.model.law().expect("accepted").pairs {
                 let turned = |arm: usize, rest: &Rotation| CarriedFrame {
-                    frame: self.turned[joint.arm_frames[arm]].frame,
+                    frame: self.turned[joint.coupled_frames[arm]].frame,
                     rest: numbers(rest),
                 };
                 harness.couplings.push(Coupling {

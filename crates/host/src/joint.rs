@@ -82,10 +82,13 @@ impl Factory {
         }
         match description.mounting {
             abi::MOUNTING_POSE => return Ok(proxy),
-            abi::MOUNTING_POINT | abi::MOUNTING_STATIONS if self.functions.evaluate.is_some() => {}
-            abi::MOUNTING_POINT | abi::MOUNTING_STATIONS => return Err(refuse("has no function `evaluate`".into())),
+            abi::MOUNTING_POINT | abi::MOUNTING_STATIONS | abi::MOUNTING_COMPLIANT_HUB => {
+                if self.functions.evaluate.is_none() {
+                    return Err(refuse("has no function `evaluate`".into()));
+                }
+            }
             0 => return Err(refuse("wrote no mounting: `create` must fill in the description".into())),
-            other => return Err(refuse(format!("has mounting {other}; 1 to 3 are known"))),
+            other => return Err(refuse(format!("has mounting {other}; 1 to 4 are known"))),
         }
         match (description.has_gradient != 0, description.has_hessian != 0) {
             (true, true) => {}
@@ -112,6 +115,8 @@ fn abi_arm(arm: &Arm, branch: &CString) -> abi::Arm {
         shear_stiffness: arm.section.shear_stiffness,
         bending_stiffness: arm.section.bending_stiffness,
         torsion_stiffness: arm.section.torsion_stiffness,
+        spring_bending: arm.spring.bending.unwrap_or_default(),
+        spring_torsion: arm.spring.torsion.unwrap_or_default(),
     }
 }
 
@@ -210,6 +215,7 @@ impl JointModel for Proxy {
         match self.description.mounting {
             abi::MOUNTING_POSE => Mounting::Pose,
             abi::MOUNTING_STATIONS => Mounting::Stations,
+            abi::MOUNTING_COMPLIANT_HUB => Mounting::CompliantHub,
             _ => Mounting::Point,
         }
     }

@@ -23,6 +23,7 @@ pub fn register(registry: &mut Registry) {
     registry.add_joint(joints::cosserat::kind()).map_err(|_| FIRST).unwrap();
     registry.add_joint(joints::hub::rigid_body()).map_err(|_| FIRST).unwrap();
     registry.add_joint(joints::hub::fused()).map_err(|_| FIRST).unwrap();
+    registry.add_joint(joints::compliant_hub::kind()).map_err(|_| FIRST).unwrap();
     registry.add_constraint(constraints::connector()).map_err(|_| FIRST).unwrap();
     registry.add_constraint(constraints::collar()).map_err(|_| FIRST).unwrap();
     registry.add_constraint(constraints::handle()).map_err(|_| FIRST).unwrap();

@@ -159,6 +159,7 @@ joint_conformance!(cosserat_joint, joint("cosserat"));
 joint_conformance!(long_cosserat_joint, joint_of("cosserat", &[("length", Value::Number(0.3))]));
 joint_conformance!(rigid_body_joint, joint("rigid-body"));
 joint_conformance!(fused_joint, joint("fused"));
+joint_conformance!(compliant_hub, joint("compliant-hub"));
 
 constraint_conformance!(connector, constraint("connector", plain(), &[]));
 constraint_conformance!(hinge, constraint("connector", hinged(), &[]));

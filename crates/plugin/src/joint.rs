@@ -8,7 +8,7 @@ use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
-use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting, WireShare};
+use wireloom_core::joint::{Arm, ArmSpring, JointModel, JointSpec, Mounting, WireShare};
 use wireloom_core::registry::JointKind;
 use wireloom_core::{Matrix, Rotation, Section, Vector};
 
@@ -47,6 +47,7 @@ pub unsafe extern "C" fn create(
                     Mounting::Point => abi::MOUNTING_POINT,
                     Mounting::Stations => abi::MOUNTING_STATIONS,
                     Mounting::Pose => abi::MOUNTING_POSE,
+                    Mounting::CompliantHub => abi::MOUNTING_COMPLIANT_HUB,
                 },
                 thread_safe: 1,
                 has_gradient: 1,
@@ -155,6 +156,10 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                 segment_length: arm.segment_length,
                 length: arm.length,
                 curvature: Vector::from(arm.curvature),
+                spring: ArmSpring {
+                    bending: Some(arm.spring_bending).filter(|k| *k != [0.0; 2]),
+                    torsion: Some(arm.spring_torsion).filter(|k| *k != 0.0),
+                },
                 branch,
             }
         });

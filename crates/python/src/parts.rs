@@ -259,9 +259,14 @@ impl Part {
         };
         let made = Python::attach(|py| {
             let adapter = self.adapter(py, arguments, values)?;
-            let at_stations = adapter.getattr("at_stations")?.extract()?;
+            let is = |word: &str| -> PyResult<bool> { adapter.getattr(word)?.extract() };
+            let mounting = match (is("hub")?, is("at_stations")?) {
+                (true, _) => Mounting::CompliantHub,
+                (false, true) => Mounting::Stations,
+                (false, false) => Mounting::Point,
+            };
             let adapter = Adapter { object: adapter.unbind(), fault: OnceLock::new() };
-            PyResult::Ok(Numeric(OwnJoint { adapter, at_stations, differences: !self.has_gradient }))
+            PyResult::Ok(Numeric(OwnJoint { adapter, mounting, differences: !self.has_gradient }))
         });
         Ok(Box::new(made.map_err(refusal)?))
     }
@@ -283,6 +288,8 @@ fn arm_of<'py>(py: Python<'py>, arm: &Arm) -> PyResult<Bound<'py, PyDict>> {
     named.set_item("shear_stiffness", section.shear_stiffness)?;
     named.set_item("bending_stiffness", section.bending_stiffness)?;
     named.set_item("torsion_stiffness", section.torsion_stiffness)?;
+    named.set_item("spring_bending", arm.spring.bending)?;
+    named.set_item("spring_torsion", arm.spring.torsion)?;
     Ok(named)
 }
 
@@ -461,8 +468,7 @@ impl Constraint for OwnConstraint {
 /// A joint model written in Python.
 struct OwnJoint {
     adapter: Adapter,
-    /// Whether it couples the frames of stations, else those of segments.
-    at_stations: bool,
+    mounting: Mounting,
     /// Whether its gradient is taken by differences.
     differences: bool,
 }
@@ -475,7 +481,7 @@ impl OwnJoint {
 
 impl JointEnergy for OwnJoint {
     fn mounting(&self) -> Mounting {
-        if self.at_stations { Mounting::Stations } else { Mounting::Point }
+        self.mounting
     }
 
     fn energy(&self, frames: &[Rotation]) -> f64 {

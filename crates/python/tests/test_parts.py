@@ -2,6 +2,7 @@
 
 import pickle
 import threading
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,20 @@ class Straps(parts.Joint, kind="straps"):
     def energy(self, frames: Array) -> float:
         turned = np.einsum("pji,pjk->pik", frames[self.first], frames[self.second]) - self.at_rest
         return 0.25 * self.stiffness * float(np.sum(turned**2))
+
+
+class SoftHub(parts.Joint, kind="soft-hub", hub=True):
+    """Springs between the arms and their hub, which is the last frame."""
+
+    def setup(self) -> None:
+        if any(arm.spring_torsion is None for arm in self.arms):
+            raise ValueError("an arm has no torsion_stiffness")
+        self.at_rest = np.array([arm.rest for arm in self.arms])
+        self.stiffness = np.array([arm.spring_torsion for arm in self.arms])
+
+    def energy(self, frames: Array) -> float:
+        turned = np.einsum("pij,pik->pjk", frames[-1] @ self.at_rest, frames[:-1]) - np.eye(3)
+        return 0.25 * float(np.sum(self.stiffness[:, None, None] * turned**2))
 
 
 HAND = """
@@ -118,6 +133,22 @@ def test_a_wrong_gradient_is_found_by_the_check_and_by_a_run() -> None:
     assert found.startswith("gradient is the derivative of the energy:")
     run = pulled("doubled", Doubled).run()
     assert run.status == "failed" and run.verdict != "pass" and "pull" in (run.fault or "")
+
+
+def test_a_hub_whose_arms_give_way_is_nearly_the_built_in_one() -> None:
+    assert parts.check(SoftHub) == []
+    shapes = []
+    path = Path(__file__).parents[3] / "scenarios/branches/y_rigid_body.toml"
+    for model in ["compliant-hub", "soft-hub"]:
+        scenario = wireloom.load(path, parts=[SoftHub])
+        scenario["joints.J.bending_stiffness"] = 5.0
+        scenario["joints.J.torsion_stiffness"] = 5.0
+        scenario["joints.J.model"] = model
+        run = scenario.run()
+        assert run.status == "converged"
+        shapes.append(run.steps[-1].branches["left"].position)
+    # 2 sin(φ/2) instead of φ.
+    assert np.allclose(shapes[0], shapes[1], rtol=0, atol=1e-5)
 
 
 def test_a_joint_that_depends_on_the_world_is_found() -> None:

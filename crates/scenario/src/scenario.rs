@@ -15,7 +15,7 @@ use wireloom_core::mechanism::{Mechanism, Mount};
 use wireloom_core::obstacle::{ContactSettings, Obstacle};
 use wireloom_core::requirement::{Marker, Requirement};
 use wireloom_core::steps::{Initial, Step, Turn};
-use wireloom_core::{HoldWord, Parameters, Rotation, Section, Stop, Vector};
+use wireloom_core::{ArmSpring, HoldWord, Parameters, Rotation, Section, Stop, Vector};
 
 /// A whole scenario. Only [`crate::parse`] makes one, after all checks.
 #[derive(Clone, Debug)]
@@ -163,11 +163,13 @@ pub struct Joint {
     pub parameters: Parameters,
     /// Mass, kg.
     pub mass: f64,
+    /// Springs that hold its arms to a compliant hub, where an arm says nothing else.
+    pub spring: ArmSpring,
     /// The arms, in the order of the file.
     pub arms: Vec<Arm>,
     /// Anatomy; empty where the file gives none.
     pub wires: Vec<WireShare>,
-    /// Its place in the file; the key `offset` is that of the first arm that has one.
+    /// Its place in the file; the key `offset` is that of the first arm that has one, `arms.NAME` the arm of a branch.
     pub spans: Spans,
 }
 
@@ -182,6 +184,8 @@ pub struct Arm {
     pub rest: Rotation,
     /// Point where the arm leaves the joint, in the joint's frame, m.
     pub offset: Vector,
+    /// Spring that holds it to a compliant hub: its own, else that of the joint.
+    pub spring: ArmSpring,
 }
 
 /// A direction or frame that a scenario gives.

@@ -219,7 +219,10 @@ fn joined(model: &str) -> String {
              segments = {{n}}\n"
         );
     }
-    text += &format!("\n[[joints]]\nname = \"J\"\nmodel = \"{model}\"\narms = [\n");
+    text += &format!(
+        "\n[[joints]]\nname = \"J\"\nmodel = \"{model}\"\nbending_stiffness = 0.3\n\
+         torsion_stiffness = 0.2\narms = [\n"
+    );
     for (name, direction) in [("in", [-1.0, 0.0]), ("left", [0.8, 0.6]), ("right", [0.8, -0.6])] {
         let [x, y] = direction;
         text += &format!("  {{ branch = \"{name}\", direction = [{x}, {y}, 0], up = [0, 0, 1] }},\n");
@@ -237,6 +240,7 @@ fn joined(model: &str) -> String {
 fn joints_are_covered() {
     covers(&joined("rigid-body"), 20, 10.0);
     covers(&joined("cosserat"), 20, 10.0);
+    covers(&joined("compliant-hub"), 20, 10.0);
 }
 
 #[test]

@@ -313,8 +313,9 @@ fn the_corrected_matrix_is_the_derivative_of_the_residual() {
         ("forces along", "fused", true),
         ("forces along", "rigid-body", true),
         ("all", "rigid-body", true),
+        ("all", "compliant-hub", true),
     ] {
-        let radius = if model == "rigid-body" { 0.02 } else { 0.0 };
+        let radius = if model == "fused" { 0.0 } else { 0.02 };
         let mut sample = sized_y_harness(&registry(), model, 6, radius);
         let places = [Place::Joint(0), Place::Node { branch: 1, node: 0 }, Place::Node { branch: 2, node: 0 }];
         for place in places {

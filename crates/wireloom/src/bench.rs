@@ -13,7 +13,7 @@ pub use monte_carlo::{MonteCarlo, monte_carlo};
 
 use std::time::Instant;
 use wireloom_core::constraint::{ConstraintSpec, HoldWord, Limits};
-use wireloom_core::joint::{Arm, JointSpec};
+use wireloom_core::joint::{Arm, ArmSpring, JointSpec};
 use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, Place};
 use wireloom_core::registry::Parameters;
 use wireloom_core::rod::{Mesh, RodSpec};
@@ -134,6 +134,7 @@ pub fn harness() -> Network {
         segment_length: length / SEGMENTS as f64,
         length,
         curvature: Vector::zeros(),
+        spring: ArmSpring::default(),
     };
     for k in 0..=JOINTS {
         let name = format!("trunk-{k}");

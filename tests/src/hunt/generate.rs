@@ -103,6 +103,7 @@ pub fn generate(seed: u64) -> Scene {
     grower.load();
     grower.obstruct();
     grower.make_mild();
+    soften(&mut grower.scene, seed);
     grower.scene
 }
 
@@ -227,7 +228,7 @@ impl Grower {
                 }
                 _ => dice.rotation(),
             };
-            arms.push(Arm { branch, orientation, offset });
+            arms.push(Arm { branch, orientation, offset, spring: None });
         }
         if parent.is_some() {
             let arm = Pose { position: arms[0].offset, orientation: arms[0].orientation };
@@ -264,13 +265,14 @@ impl Grower {
                 // A free end becomes a joint of two arms, its frame that of the branch that ends there.
                 let other = self.scene.branches.iter().find(|other| other.ends.contains(&b)).expect("a branch").name;
                 let model = self.dice.pick(&["cosserat", "rigid-body", "fused"]);
-                let arm = Arm { branch: other, orientation: Rotation::identity(), offset: Vector::zeros() };
+                let arm =
+                    Arm { branch: other, orientation: Rotation::identity(), offset: Vector::zeros(), spring: None };
                 self.scene.joints.push(Joint { vertex: b, model, mass: 0.0, arms: vec![arm], wires: Vec::new() });
             }
             for v in [a, b] {
                 let orientation = self.dice.rotation();
                 let joint = self.scene.joints.iter_mut().find(|j| j.vertex == v).expect("a joint");
-                joint.arms.push(Arm { branch: name, orientation, offset: Vector::zeros() });
+                joint.arms.push(Arm { branch: name, orientation, offset: Vector::zeros(), spring: None });
             }
             self.scene.branches.push(branch);
         }
@@ -533,6 +535,24 @@ impl Grower {
         for load in &mut self.scene.loads {
             load.force *= (most / load.force.norm().max(most)).min(1.0);
             load.moment *= (most * total / load.moment.norm().max(most * total)).min(1.0);
+        }
+    }
+}
+
+/// Half of the rigid bodies become compliant hubs, whose springs are 1 to 1000 times as stiff as their arms. By numbers
+/// of its own, so that the other harnesses of a seed stay as they are.
+fn soften(scene: &mut Scene, seed: u64) {
+    let mut dice = Dice(Rng::with_seed(!seed));
+    for k in 0..scene.joints.len() {
+        if scene.joints[k].model != "rigid-body" || dice.chance(0.5) {
+            continue;
+        }
+        scene.joints[k].model = "compliant-hub";
+        for a in 0..scene.joints[k].arms.len() {
+            let own = scene.branch(scene.joints[k].arms[a].branch);
+            let [ei1, ei2] = own.ei;
+            let spring = [ei1, ei2, own.gj].map(|c| c / own.length * dice.decades(0.0, 3.0));
+            scene.joints[k].arms[a].spring = Some(spring);
         }
     }
 }

@@ -79,6 +79,8 @@ pub struct Arm {
     pub orientation: Rotation,
     /// Offset from the joint, m.
     pub offset: Vector,
+    /// Stiffness of its spring about d1, d2 and d3, N m/rad, at the model `compliant-hub`.
+    pub spring: Option<[f64; 3]>,
 }
 
 /// Place at which something attaches.
@@ -386,10 +388,13 @@ impl Joint {
             let _ = writeln!(text, "mass = {mass:?}");
         }
         text.push_str("arms = [\n");
-        for Arm { branch, orientation, offset } in arms {
+        for Arm { branch, orientation, offset, spring } in arms {
             let _ = write!(text, "  {{ branch = \"b{branch}\", orientation = {}", quaternion(orientation));
             if *offset != Vector::zeros() {
                 let _ = write!(text, ", offset = {}", list(offset));
+            }
+            if let Some([k1, k2, k3]) = spring {
+                let _ = write!(text, ", bending_stiffness = [{k1:?}, {k2:?}], torsion_stiffness = {k3:?}");
             }
             text.push_str(" },\n");
         }

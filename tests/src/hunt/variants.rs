@@ -84,7 +84,10 @@ pub fn scaled(scene: &Scene, k: f64, f: f64) -> Variant {
     }
     for joint in &mut s.joints {
         joint.mass *= f;
-        joint.arms.iter_mut().for_each(|arm| arm.offset *= k);
+        for arm in &mut joint.arms {
+            arm.offset *= k;
+            arm.spring = arm.spring.map(|spring| spring.map(|c| c * f * k));
+        }
     }
     for constraint in &mut s.constraints {
         constraint.position = constraint.position.map(|x| x * k);

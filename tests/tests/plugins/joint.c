@@ -1,5 +1,5 @@
 // A joint model for two arms: a bend-twist spring between them, with the stiffness of the arms over the mean of their segments at the joint. With CASE
-// above 0 it does one thing wrong.
+// from 1 to 15 it does one thing wrong; with CASE 20 it is a compliant hub, with springs between arms and hub.
 #include "wireloom_plugin.h"
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #define CASE 0
 #endif
 
-typedef struct { double rest[2][4], stiffness[3]; } Joint;
+typedef struct { double rest[16][4], stiffness[3], springs[16][3]; } Joint;
 
 static void product(const double a[4], const double b[4], double c[4]) {
     c[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
@@ -27,20 +27,27 @@ static void inverse(const double a[4], double c[4]) {
 static int32_t create(const WireloomKind *kind, const WireloomJointSpec *spec, void **instance,
                       WireloomJointDescription *description, WireloomText *message) {
     (void)kind;
-    if (spec->arm_count != 2) {
+    if (CASE == 20 ? spec->arm_count > 16 : spec->arm_count != 2) {
         strncpy(message->data, "it joins two arms, not more", message->capacity - 1);
         return WIRELOOM_STATUS_ERROR;
     }
     Joint *joint = malloc(sizeof *joint);
     const WireloomArm *first = spec->arms;
     const WireloomArm *second = (const WireloomArm *)((const char *)spec->arms + spec->arm_stride);
-    memcpy(joint->rest[0], first->rest, sizeof first->rest);
-    memcpy(joint->rest[1], second->rest, sizeof second->rest);
     const double length = 0.5 * (first->segment_length + second->segment_length);
     joint->stiffness[0] = first->bending_stiffness[0] / length;
     joint->stiffness[1] = first->bending_stiffness[1] / length;
     joint->stiffness[2] = first->torsion_stiffness / length;
-    description->mounting = CASE == 1 ? 0 : CASE == 2 ? 7 : WIRELOOM_MOUNTING_POINT;
+    for (uint32_t a = 0; a < spec->arm_count; a++) {
+        const WireloomArm *arm = (const WireloomArm *)((const char *)spec->arms + a * spec->arm_stride);
+        memcpy(joint->rest[a], arm->rest, sizeof arm->rest);
+        memcpy(joint->springs[a], arm->spring_bending, sizeof arm->spring_bending);
+        joint->springs[a][2] = arm->spring_torsion;
+    }
+    description->mounting = CASE == 1    ? 0
+                            : CASE == 2  ? 7
+                            : CASE == 20 ? WIRELOOM_MOUNTING_COMPLIANT_HUB
+                                         : WIRELOOM_MOUNTING_POINT;
     description->thread_safe = 1;
     *instance = CASE == 3 ? NULL : joint;
     return WIRELOOM_STATUS_OK;
@@ -48,22 +55,40 @@ static int32_t create(const WireloomKind *kind, const WireloomJointSpec *spec, v
 
 static void destroy(void *instance) { free(instance); }
 
-// phi = log(q0^-1 q1 r1^-1 r0), E = phi . C phi / 2.
+// phi . C phi / 2 of the rotation vector phi of a quaternion.
+static double spring(const double q[4], const double stiffness[3]) {
+    const double length = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const double sign = q[0] < 0 ? -1 : 1;
+    const double factor = length > 1e-12 ? sign * 2 * atan2(length, sign * q[0]) / length : sign * 2;
+    double energy = 0;
+    for (int i = 0; i < 3; i++) energy += 0.5 * stiffness[i] * factor * q[i + 1] * factor * q[i + 1];
+    return energy;
+}
+
+// phi = log(q0^-1 q1 r1^-1 r0); of a hub h: phi = log(q^-1 h r) for each arm.
 static int32_t evaluate(const void *instance, const double *frames, WireloomJointEvaluation *evaluation,
                         WireloomText *message) {
     (void)message;
     const Joint *joint = instance;
     double back[4], turn[4], rest[4], all[4];
+    if (CASE == 20) {
+        const uint32_t hub = evaluation->arm_count - 1;
+        double energy = 0;
+        for (uint32_t a = 0; a < hub; a++) {
+            inverse(frames + 4 * a, back);
+            product(frames + 4 * hub, joint->rest[a], rest);
+            product(back, rest, all);
+            energy += spring(all, joint->springs[a]);
+        }
+        *evaluation->energy = energy;
+        return WIRELOOM_STATUS_OK;
+    }
     inverse(frames, back);
     product(back, frames + 4, turn);
     inverse(joint->rest[1], back);
     product(back, joint->rest[0], rest);
     product(turn, rest, all);
-    const double length = sqrt(all[1] * all[1] + all[2] * all[2] + all[3] * all[3]);
-    const double sign = all[0] < 0 ? -1 : 1;
-    const double factor = length > 1e-12 ? sign * 2 * atan2(length, sign * all[0]) / length : sign * 2;
-    double energy = 0;
-    for (int i = 0; i < 3; i++) energy += 0.5 * joint->stiffness[i] * factor * all[i + 1] * factor * all[i + 1];
+    double energy = spring(all, joint->stiffness);
     if (CASE == 4) energy = NAN;
     if (CASE == 5) return -3;
     if (CASE == 6) for (;;) usleep(1000);

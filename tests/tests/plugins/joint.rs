@@ -5,7 +5,7 @@ use crate::*;
 /// Fault of the plugin, exit code, and words of the message.
 const WRONG: &[(u32, i32, &[&str])] = &[
     (1, 1, &["wrote no mounting: `create` must fill in the description"]),
-    (2, 1, &["has mounting 7; 1 to 3 are known"]),
+    (2, 1, &["has mounting 7; 1 to 4 are known"]),
     (3, 1, &["returned success from `create` but wrote no instance"]),
     (4, 3, &["returned NaN as energy"]),
     (5, 3, &["returned -3 from `evaluate`"]),
@@ -24,6 +24,7 @@ const WRONG: &[(u32, i32, &[&str])] = &[
 pub fn trials() -> Vec<Named> {
     let mut all = vec![
         named("a joint model in C is the plain cable, and passes the check", as_good_as_the_cable),
+        named("a compliant hub in C is the built-in one, and passes the check", as_good_as_the_hub),
         named("a joint model refuses arms that it cannot join", three_arms),
     ];
     for (case, code, words) in WRONG {
@@ -82,6 +83,33 @@ fn as_good_as_the_cable() -> Checked {
     }
     let listed = place.wireloom_with(&["plugin", "list"], Some(place.0.path()))?.expect(0)?;
     ensure(listed.out.contains("joint model `two-arm-spring`: a spring between two arms"), &listed)
+}
+
+/// The built-in springs are k φ to the fourth power of the angle, which is 0.24 rad at most.
+fn as_good_as_the_hub() -> Checked {
+    let place = Place::new()?;
+    compile(&root().join("tests/tests/plugins/joint.c"), &place.path("libjoiner.so"), &["-DCASE=20"])?;
+    let text = fs::read_to_string(root().join("scenarios/analytic/compliant_hub.toml"))?;
+    ensure(text.contains("model = \"compliant-hub\""), "the scenario is another one now")?;
+    // Differences of the energy reach a balance of 1e-6.
+    let text = text.replace("force_tolerance = 1e-9", "force_tolerance = 1e-5");
+    fs::write(place.path("h.toml"), &text)?;
+    let own = text.replace("model = \"compliant-hub\"", "model = \"two-arm-spring\"");
+    fs::write(place.path("s.toml"), own.replace("schema = 1\n", "schema = 1\nplugins = { load = [\"joiner\"] }\n"))?;
+    place.wireloom(&["run", "h.toml"])?.expect(0)?;
+    place.wireloom(&["run", "s.toml", "--allow-plugin", "libjoiner.so"])?.expect(0)?;
+    let [built_in, plugin] = [place.json("out/h/result.json")?, place.json("out/s/result.json")?];
+    for step in 0..3 {
+        for (branch, nodes) in [("left", 21), ("right", 31)] {
+            for (node, axis) in (0..nodes).flat_map(|node| (0..3).map(move |axis| (node, axis))) {
+                let at = format!("/steps/{step}/branches/{branch}/position/{node}/{axis}");
+                let [want, got] = [&built_in, &plugin].map(|result| number(result, &at));
+                ensure((got - want).abs() < 2e-5, format!("{at}: {got} beside {want}"))?;
+            }
+        }
+    }
+    let checked = place.wireloom(&["plugin", "check", "libjoiner.so"])?.expect(0)?;
+    ensure(checked.out.contains("a hub, the ends of the arms have frames"), &checked)
 }
 
 fn three_arms() -> Checked {

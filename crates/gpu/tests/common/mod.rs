@@ -17,7 +17,8 @@ pub fn registry() -> Registry {
         ..cosserat::kind()
     };
     let mut known = registry.add_rod(rod).is_ok();
-    for joint in [joints::cosserat::kind(), joints::hub::rigid_body(), joints::hub::fused()] {
+    let hubs = [joints::hub::rigid_body(), joints::hub::fused(), joints::compliant_hub::kind()];
+    for joint in hubs.into_iter().chain([joints::cosserat::kind()]) {
         known &= registry.add_joint(joint).is_ok();
     }
     for constraint in [constraints::connector(), constraints::collar(), constraints::handle()] {

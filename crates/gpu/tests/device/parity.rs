@@ -27,6 +27,7 @@ fn samples() -> Vec<(&'static str, Sample)> {
         ("a cable", cable(&registry, 12)),
         ("arms in a point", y_harness(&registry, "cosserat", 6)),
         ("a hub with offsets", sized_y_harness(&registry, "rigid-body", 6, 0.02)),
+        ("a compliant hub", y_harness(&registry, "compliant-hub", 6)),
         ("a ring", ring(&registry, "fused", 9, 4)),
     ]
 }

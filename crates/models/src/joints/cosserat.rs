@@ -29,11 +29,12 @@
 //! equations; this form is ours.
 
 use super::continued::ContinuedRod;
+use super::pair::Pair;
 use super::sharing::shared;
-use crate::kernel::{BendTwist, rotation_matrix};
+use crate::kernel::rotation_matrix;
 use nalgebra::{Quaternion, Unit};
 use wireloom_core::joint::{Arm, Continuation, JointModel, JointSpec, Mounting};
-use wireloom_core::law::{JointLaw, PairLaw};
+use wireloom_core::law::JointLaw;
 use wireloom_core::registry::{BuildError, Form, JointKind, Parameter, Quantity};
 use wireloom_core::{Matrix, Rotation, Vector};
 
@@ -76,21 +77,6 @@ const SOFTEST: f64 = 1e-6;
 
 /// Part of an arm's stiffness below which wires that go elsewhere are round-off of the fractions.
 const ROUND_OFF: f64 = 1e-9;
-
-/// One pair of arms that share wires.
-struct Pair {
-    a: usize,
-    b: usize,
-    /// Length that the energy's curvature is of, m.
-    lambda: f64,
-    /// About the axes of the coupled frames, N m².
-    stiffness: Vector,
-    /// Rest curvature from one frame to the other, 1/m.
-    curvature: Vector,
-    /// Constant rotations with which the coupled frames are `q_a alpha` and `q_b beta`.
-    alpha: Rotation,
-    beta: Rotation,
-}
 
 /// A joint whose arms are coupled pair by pair.
 pub struct CosseratJoint {
@@ -257,11 +243,6 @@ impl Pair {
             beta: out * h.inverse(),
         }
     }
-
-    fn law(&self, frames: &[Rotation]) -> BendTwist {
-        let (qa, qb) = (frames[self.a] * self.alpha, frames[self.b] * self.beta);
-        BendTwist::new(&qa, &qb, self.lambda, &self.stiffness, &self.curvature)
-    }
 }
 
 impl JointModel for CosseratJoint {
@@ -286,52 +267,27 @@ impl JointModel for CosseratJoint {
     }
 
     fn energy(&self, frames: &[Rotation]) -> f64 {
-        let of_pair = |pair: &Pair| {
-            let (bend, twist) = pair.law(frames).energy(pair.lambda);
-            bend + twist
-        };
-        self.pairs.iter().map(of_pair).sum::<f64>() + self.continued.as_ref().map_or(0.0, |rod| rod.energy(frames))
+        let of_pairs: f64 = self.pairs.iter().map(|pair| pair.energy(frames)).sum();
+        of_pairs + self.continued.as_ref().map_or(0.0, |rod| rod.energy(frames))
     }
 
     fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
         let mut energy = 0.0;
         for pair in &self.pairs {
-            let law = pair.law(frames);
-            let (bend, twist) = law.energy(pair.lambda);
-            energy += bend + twist;
-            let (a, b) = law.gradient();
-            gradient[pair.a] += pair.alpha * a;
-            gradient[pair.b] += pair.beta * b;
+            energy += pair.add_gradient(frames, gradient);
         }
         energy + self.continued.as_ref().map_or(0.0, |rod| rod.add_gradient(frames, gradient))
     }
 
     fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
-        let k = frames.len();
-        for pair in &self.pairs {
-            let h = pair.law(frames).hessian(&pair.stiffness);
-            let (ra, rb) = (rotation_matrix(&pair.alpha), rotation_matrix(&pair.beta));
-            hessian[pair.a * k + pair.a] += ra * h.aa * ra.transpose();
-            hessian[pair.b * k + pair.b] += rb * h.bb * rb.transpose();
-            // Only rows b ≥ columns a are asked for.
-            hessian[pair.b * k + pair.a] += rb * h.ab.transpose() * ra.transpose();
-        }
+        self.pairs.iter().for_each(|pair| pair.add_hessian(frames, hessian));
         if let Some(rod) = &self.continued {
             rod.add_hessian(frames, hessian);
         }
     }
 
     fn law(&self) -> Option<JointLaw> {
-        let pair = |pair: &Pair| PairLaw {
-            a: pair.a,
-            b: pair.b,
-            alpha: pair.alpha,
-            beta: pair.beta,
-            length: pair.lambda,
-            stiffness: pair.stiffness,
-            curvature: pair.curvature,
-        };
-        Some(JointLaw { pairs: self.pairs.iter().map(pair).collect() })
+        Some(JointLaw { pairs: self.pairs.iter().map(Pair::law).collect() })
     }
 
     fn notes(&self) -> Vec<String> {

@@ -1,13 +1,14 @@
-//! Joints that are hubs: `rigid-body` and `fused`. Arms leave them at fixed poses; neither has an energy.
+//! Joints that are rigid hubs: `rigid-body` and `fused`. Arms leave them at fixed poses; neither has an energy.
 
 use wireloom_core::joint::{JointModel, Mounting};
 use wireloom_core::law::JointLaw;
-use wireloom_core::registry::{BuildError, JointKind};
+use wireloom_core::registry::{BuildError, JointKind, Parameter};
 use wireloom_core::{Matrix, Rotation, Vector};
 
-/// The parameter `length` where nothing bends.
-const NO_LENGTH: &str =
-    "of a joint `cosserat`; a hub does not bend and does not look at it, so that one file serves all models";
+/// The parameter `length` of hubs.
+pub(super) fn unused_length() -> Parameter {
+    super::cosserat::length("of a joint `cosserat`; a hub does not look at it, so that one file serves all models")
+}
 
 /// A rigid hub.
 pub struct Hub;
@@ -37,7 +38,7 @@ pub fn rigid_body() -> JointKind {
     JointKind {
         name: "rigid-body".into(),
         doc: "a rigid body with pose and mass; arms leave it at fixed places and in fixed directions".into(),
-        parameters: vec![super::cosserat::length(NO_LENGTH)],
+        parameters: vec![unused_length()],
         build: Box::new(|_, _| Ok(Box::new(Hub))),
     }
 }
@@ -47,7 +48,7 @@ pub fn fused() -> JointKind {
     JointKind {
         name: "fused".into(),
         doc: "all arms share one point and one frame; the angles between them never change; no size".into(),
-        parameters: vec![super::cosserat::length(NO_LENGTH)],
+        parameters: vec![unused_length()],
         build: Box::new(|spec, _| match spec.arms.iter().find(|arm| arm.offset.norm() > 0.0) {
             None => Ok(Box::new(Hub)),
             Some(arm) => Err(BuildError::new(

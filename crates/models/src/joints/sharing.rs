@@ -133,7 +133,7 @@ pub fn share_out(stiffness: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
 mod tests {
     use super::{share_out, shared};
     use wireloom_core::joint::{JointSpec, WireShare};
-    use wireloom_core::{Arm, Rotation, Section, Vector};
+    use wireloom_core::{Arm, ArmSpring, Rotation, Section, Vector};
 
     fn spec(stiffness: &[f64], wires: &[(usize, usize, f64)]) -> JointSpec {
         let section = |x: f64| Section {
@@ -163,6 +163,7 @@ mod tests {
             segment_length: 0.01,
             length: 0.5,
             curvature: Vector::zeros(),
+            spring: ArmSpring::default(),
         };
         let wires = wires.iter().map(|&(from, to, fraction)| WireShare { from, to, fraction });
         JointSpec { name: "joint".into(), arms: stiffness.iter().map(arm).collect(), wires: wires.collect() }

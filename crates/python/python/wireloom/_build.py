@@ -224,7 +224,7 @@ class Harness(_Constraints):
             name: the vertex.
             arms: for each branch, the direction in which it leaves, in the joint's frame.
             up: d1 of the arms.
-            model: `cosserat`, `rigid-body`, `fused`, or an own one.
+            model: `cosserat`, `rigid-body`, `fused`, `compliant-hub`, or an own one.
             wires: for pairs of branches, the share of the first one's wires that passes to the second.
             **keys: other keys, such as `mass`, and parameters of the model.
         """

@@ -349,10 +349,14 @@ class Arm:
     shear_stiffness: float
     bending_stiffness: tuple[float, float]
     torsion_stiffness: float
+    spring_bending: tuple[float, float] | None
+    """Stiffness of the spring that holds it to a compliant hub, about d1 and d2, N m/rad; `None`: not given."""
+    spring_torsion: float | None
+    """Likewise about d3."""
 
 
 class Joint(_Base):
-    """The energy of a joint by the frames of its arms, which meet in a point.
+    """The energy of a joint by the frames of its arms, which meet in a point or are fixed to a compliant hub.
 
     Subclass it with `kind`, and give `energy`. It is at least 0, 0 at the rest directions, and unchanged by a common
     rotation and by a reversal of a branch.
@@ -360,6 +364,8 @@ class Joint(_Base):
     Args:
         kind: name in scenarios.
         at_stations: whether the frames are those of stations at the arms' ends, instead of those of the first segments.
+        hub: whether the joint is a hub with a pose, to which the ends of the arms are fixed at their offsets; the
+            frames are those of stations at the arms' ends and, behind them, that of the hub.
     """
 
     arms: tuple[Arm, ...]
@@ -367,11 +373,14 @@ class Joint(_Base):
     wires: tuple[tuple[int, int, float], ...]
     """Pairs of arms, and the fraction of the wires of the first that passes to the second."""
     _at_stations = False
+    _hub = False
 
-    def __init_subclass__(cls, *, kind: str = "", at_stations: bool = False, **others: object) -> None:
+    def __init_subclass__(
+        cls, *, kind: str = "", at_stations: bool = False, hub: bool = False, **others: object
+    ) -> None:
         super().__init_subclass__(**others)
         cls.kind = kind or cls.kind
-        cls._at_stations = at_stations
+        cls._at_stations, cls._hub = at_stations, hub
 
     def setup(self) -> None:
         """Called once, when name, parameters and arms are known. Raise `ValueError` to refuse them."""
@@ -401,14 +410,21 @@ class Joint(_Base):
 
 
 def _arm(
-    rest: bytes, offset: Sequence[float], curvature: Sequence[float], bending_stiffness: Sequence[float], **others: Any
+    rest: bytes,
+    offset: Sequence[float],
+    curvature: Sequence[float],
+    bending_stiffness: Sequence[float],
+    spring_bending: Sequence[float] | None,
+    **others: Any,
 ) -> Arm:
     first, second = bending_stiffness
+    spring = None if spring_bending is None else (spring_bending[0], spring_bending[1])
     return Arm(
         rest=_frames(np.frombuffer(rest).reshape(1, 4))[0],
         offset=np.array(offset),
         curvature=np.array(curvature),
         bending_stiffness=(first, second),
+        spring_bending=spring,
         **others,
     )
 
@@ -486,7 +502,7 @@ class _JointAdapter:
 
     def __init__(self, part: Joint, has_gradient: bool) -> None:
         self._part, self._has_gradient = part, has_gradient
-        self.at_stations = part._at_stations
+        self.at_stations, self.hub = part._at_stations, part._hub
 
     def energy(self, numbers: bytes, _progress: float) -> float:
         return float(self._part.energy(_frames(np.frombuffer(numbers).reshape(-1, 4))))

@@ -8,7 +8,7 @@ use crate::format::limits::Bound;
 use crate::format::units::unit_of;
 use crate::scenario::Scenario;
 use wireloom_core::registry;
-use wireloom_core::{Parameter, Parameters, Quantity, Registry, Section, Value};
+use wireloom_core::{ArmSpring, Parameter, Parameters, Quantity, Registry, Section, Value};
 
 /// A value that may be set.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,12 +60,20 @@ const OF_SECTIONS: [&str; 9] = [
     "max_torsion",
 ];
 
-/// All values of a scenario that may be set: joints, branches, sections, the minimiser, in this order.
+/// All values of a scenario that may be set: joints with the springs of their arms, branches, sections, the minimiser,
+/// in this order.
 pub fn adjustable(scenario: &Scenario, registry: &Registry) -> Vec<Adjustable> {
     let mut all = Vec::new();
     for joint in &scenario.joints {
         let place = Place::of("joints", &joint.name, format!("joint {}", joint.name));
         place.kind(&keys::JOINT, &joint.model, &joint.parameters, registry, &mut all);
+        place.spring(&keys::JOINT, &joint.spring, &mut all);
+        for arm in joint.arms.iter().filter(|arm| arm.spring != joint.spring) {
+            let branch = &scenario.branches[arm.branch].name;
+            let way = format!("{}.arms.{}", place.way, quoted(branch));
+            let place = Place { way, group: format!("arm {branch} of joint {}", joint.name) };
+            place.spring(&keys::ARM, &arm.spring, &mut all);
+        }
     }
     for branch in &scenario.branches {
         let place = Place::of("branches", &branch.name, format!("branch {}", branch.name));
@@ -97,10 +105,7 @@ fn value_of(section: &Section, name: &str) -> Option<f64> {
         "diameter" => Some(section.diameter),
         "linear_density" => Some(section.linear_density),
         "axial_stiffness" => Some(section.axial_stiffness),
-        "bending_stiffness" => {
-            let [first, second] = section.bending_stiffness;
-            (first == second).then_some(first)
-        }
+        "bending_stiffness" => one(section.bending_stiffness),
         "torsion_stiffness" => Some(section.torsion_stiffness),
         "min_bend_radius" => section.min_bend_radius,
         "min_bend_radius_moving" => section.min_bend_radius_moving,
@@ -108,6 +113,11 @@ fn value_of(section: &Section, name: &str) -> Option<f64> {
         "max_torsion" => section.max_torsion,
         _ => None,
     }
+}
+
+/// Both of a pair, if they are equal.
+fn one([first, second]: [f64; 2]) -> Option<f64> {
+    (first == second).then_some(first)
 }
 
 /// An entry of the scenario.
@@ -146,6 +156,12 @@ impl Place {
             let Some(holds) = holds(&parameter.form) else { continue };
             all.push(self.entry(&parameter.name, &parameter.doc, holds, given.0.get(&parameter.name).cloned()));
         }
+    }
+
+    /// The spring of a joint or an arm.
+    fn spring(&self, keys: &Keys, spring: &ArmSpring, all: &mut Vec<Adjustable>) {
+        all.extend(self.number(keys, "bending_stiffness", spring.bending.and_then(one)));
+        all.extend(self.number(keys, "torsion_stiffness", spring.torsion));
     }
 
     fn number(&self, keys: &Keys, name: &str, value: Option<f64>) -> Option<Adjustable> {

@@ -15,7 +15,7 @@ mod sweep;
 mod tests;
 
 pub(crate) use constraints::{CONSTRAINT, LOAD};
-pub(crate) use harness::{BRANCH, JOINT};
+pub(crate) use harness::{ARM, BRANCH, JOINT};
 pub(crate) use library::{FIXING_TYPE, LIBRARY_FILE, SECTION};
 pub(crate) use requirements::{MARKER, REQUIREMENT};
 pub(crate) use run::MINIMISER;

@@ -6,10 +6,10 @@ use super::names::{Names, lookup, register};
 use crate::fault::listed;
 use crate::scenario::{Arm, Joint};
 use std::collections::BTreeMap;
-use wireloom_core::Rotation;
 use wireloom_core::identity::Identified;
 use wireloom_core::joint::WireShare;
 use wireloom_core::rotation::frame_from;
+use wireloom_core::{ArmSpring, Rotation};
 
 /// A joint. `None`, with the names marked as broken, if it does not fit the graph.
 pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Joint> {
@@ -19,10 +19,11 @@ pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Join
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.joints, name, index));
     names.identify(entry, Identified::Joint, name);
     let fits = name.is_some_and(|name| vertex_joins(entry, name, names));
+    let spring = spring(entry, ArmSpring::default());
     let arm_entries = entry.entries("arms");
     let mut by_branch = BTreeMap::new();
-    let arms: Vec<Option<Arm>> =
-        arm_entries.iter().map(|arm_entry| arm(arm_entry, name.unwrap_or_default(), &mut by_branch, names)).collect();
+    let mut arm = |arm_entry| arm(arm_entry, name.unwrap_or_default(), spring, &mut by_branch, names);
+    let arms: Vec<Option<Arm>> = arm_entries.iter().map(&mut arm).collect();
     if let (Some(name), true) = (name, fits) {
         refuse_missing_arms(entry, name, &by_branch, names);
     }
@@ -31,12 +32,15 @@ pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Join
     if let Some(offset) = arm_entries.iter().find(|arm| arm.has("offset")) {
         spans.keys.insert("offset".to_owned(), offset.span_of("offset"));
     }
+    let branch = |arm: &Entry<'_>| Some((format!("arms.{}", arm.text("branch")?), arm.span.clone()));
+    spans.keys.extend(arm_entries.iter().filter_map(branch));
     let arms: Option<Vec<Arm>> = arms.into_iter().collect();
     let joint = name.zip(kind).zip(arms).map(|((name, kind), arms)| Joint {
         name: name.to_owned(),
         model: kind.name,
         parameters: kind.parameters,
         mass,
+        spring,
         arms,
         wires,
         spans,
@@ -63,8 +67,23 @@ fn branch_name<'a>(names: &Names<'a>, branch: usize) -> &'a str {
     names.branches.iter().find(|(_, index)| **index == branch).map_or("", |(name, _)| name)
 }
 
-/// An arm; notes its branch and place in the list under the branch's name.
-fn arm<'a>(entry: &Entry<'a>, joint: &str, by_branch: &mut BTreeMap<&'a str, usize>, names: &Names<'a>) -> Option<Arm> {
+/// The spring of an arm to its hub, or that of a joint for all arms; `other` has what is not given.
+fn spring(entry: &Entry<'_>, other: ArmSpring) -> ArmSpring {
+    ArmSpring {
+        bending: entry.one_or_two("bending_stiffness").or(other.bending),
+        torsion: entry.number("torsion_stiffness").or(other.torsion),
+    }
+}
+
+/// An arm; notes its branch and place in the list under the branch's name. `of_joint` has what its spring leaves out.
+fn arm<'a>(
+    entry: &Entry<'a>,
+    joint: &str,
+    of_joint: ArmSpring,
+    by_branch: &mut BTreeMap<&'a str, usize>,
+    names: &Names<'a>,
+) -> Option<Arm> {
+    let spring = spring(entry, of_joint);
     let offset = entry.vector("offset").unwrap_or_default();
     let branch = entry.word("branch")?;
     let index = *lookup(entry, "branch", &names.branches, branch, entry.span_of("branch"))?;
@@ -83,7 +102,7 @@ fn arm<'a>(entry: &Entry<'a>, joint: &str, by_branch: &mut BTreeMap<&'a str, usi
     }
     by_branch.insert(branch, place);
     let rest = rest_frame(entry, branch, starts_here).unwrap_or_default();
-    Some(Arm { branch: index, starts_here, rest, offset })
+    Some(Arm { branch: index, starts_here, rest, offset, spring })
 }
 
 /// Frame of the branch in the joint's frame: d3 leads out of the joint if the branch starts here, else into it.

@@ -84,7 +84,7 @@ impl BlockMatrix {
     }
 
     /// Weights of [`Self::shift`], in elimination order: rest length around each frame (m) times the force of its
-    /// branch (N); 0 for points. A hub has the sum over its arms.
+    /// branch (N); 0 for points. A hub has the sum over its arms; a compliant one that of half a segment of each, too.
     pub fn frame_weights(&self, network: &Network, force: impl Fn(usize) -> f64, weights: &mut [f64]) {
         let Structure { of_frame, .. } = &self.structure;
         weights.fill(0.0);
@@ -109,7 +109,8 @@ impl BlockMatrix {
         }
         for joint in &network.joints {
             if let Some(hub) = joint.frame {
-                let levers = joint.arms.iter().zip(&joint.branches).map(|(arm, &b)| arm.offset.norm() * force(b));
+                let arms = joint.arms.iter().zip(&joint.branches);
+                let levers = arms.map(|(arm, &b)| joint.lever(arm) * force(b));
                 weights[of_frame[hub] as usize] += levers.sum::<f64>();
             }
         }

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::law::TurningLaw;
-use wireloom_core::network::{AttachedConstraint, BranchEnd, Place};
+use wireloom_core::network::{AttachedConstraint, BranchEnd, Joint, Place};
 use wireloom_core::problem::Problem;
 use wireloom_core::rotation::nearer_sign;
 use wireloom_core::{EventKind, EventPlace, Network, Rotation, State};
@@ -26,9 +26,9 @@ pub(crate) const RESOLVED_TURN: f64 = TAU / 6.0;
 enum Coupled {
     /// Frame c and the next one of a branch.
     Along { branch: usize, c: usize },
-    /// Two arms of a joint: their branches, whether those start there, and their frames, each with the rotation that
-    /// makes both equal at rest.
-    Arms { arms: [(usize, bool); 2], s: f64, frames: [usize; 2], rest: [Rotation; 2] },
+    /// Two frames of a joint, each with the rotation that makes both equal at rest: that of an arm, at `s` of its
+    /// branch, and that of another arm (its branch) or of the hub. With the parts of the harness on both sides.
+    AtJoint { sides: [Side; 2], s: f64, other: Option<usize>, frames: [usize; 2], rest: [Rotation; 2] },
     /// Station and target of a constraint with a rotational spring.
     Spring { constraint: usize },
 }
@@ -98,17 +98,19 @@ fn is_held(coupled: &Coupled, problem: &Problem<'_>) -> bool {
         Coupled::Along { branch, c } => {
             [true, false].iter().all(|&start| holds_twist(problem, Side { branch, c, start }))
         }
-        Coupled::Arms { arms, .. } => arms.iter().all(|&(branch, starts_here)| {
-            // The whole arm, and the parts beyond it.
-            let c = if starts_here { 0 } else { problem.network.branches[branch].frames.len() - 1 };
-            holds_twist(problem, Side { branch, c, start: !starts_here })
-        }),
+        Coupled::AtJoint { sides, .. } => sides.iter().all(|&side| holds_twist(problem, side)),
         Coupled::Spring { .. } => {
             let acting =
                 problem.network.constraints.iter().zip(&problem.conditions().active).filter(|(_, active)| **active);
             acting.filter(|(constraint, _)| turns_along(constraint)).count() > 1
         }
     }
+}
+
+/// An arm of a joint, and the parts beyond it.
+fn whole_arm(network: &Network, joint: &Joint, arm: usize) -> Side {
+    let (branch, start) = (joint.branches[arm], !joint.arms[arm].starts_here);
+    Side { branch, c: if start { network.branches[branch].frames.len() - 1 } else { 0 }, start }
 }
 
 /// Monitor of the twist between all coupled frames.
@@ -132,11 +134,19 @@ impl TwistMonitor {
         }
         for joint in &network.joints {
             for pair in joint.model.law().into_iter().flat_map(|law| law.pairs) {
-                let branch = joint.branches[pair.a];
-                let s = if joint.arms[pair.a].starts_here { 0.0 } else { network.branches[branch].rod.mesh().length() };
-                let frames = [joint.arm_frames[pair.a], joint.arm_frames[pair.b]];
-                let arms = [pair.a, pair.b].map(|arm| (joint.branches[arm], joint.arms[arm].starts_here));
-                coupled.push(Coupled::Arms { arms, s, frames, rest: [pair.alpha, pair.beta] });
+                let (branch, starts_here) = (joint.branches[pair.a], joint.arms[pair.a].starts_here);
+                let s = if starts_here { 0.0 } else { network.branches[branch].rod.mesh().length() };
+                let other = joint.branches.get(pair.b).copied();
+                let sides = match other {
+                    Some(_) => [pair.a, pair.b].map(|arm| whole_arm(network, joint, arm)),
+                    None => {
+                        // What attaches to the arm's end is on the hub.
+                        let c = if starts_here { 0 } else { network.branches[branch].frames.len() - 2 };
+                        [!starts_here, starts_here].map(|start| Side { branch, c, start })
+                    }
+                };
+                let frames = [joint.coupled_frames[pair.a], joint.coupled_frames[pair.b]];
+                coupled.push(Coupled::AtJoint { sides, s, other, frames, rest: [pair.alpha, pair.beta] });
             }
         }
         for (constraint, own) in network.constraints.iter().enumerate() {
@@ -190,7 +200,7 @@ impl TwistMonitor {
                 let frames = &state.frames[network.branches[*branch].frames.start + c..];
                 frames[0].coords.dot(&frames[1].coords)
             }
-            Coupled::Arms { frames, rest, .. } => {
+            Coupled::AtJoint { frames, rest, .. } => {
                 let [a, b] = [0, 1].map(|k| state.frames[frames[k]] * rest[k]);
                 a.coords.dot(&b.coords)
             }
@@ -214,8 +224,8 @@ impl TwistMonitor {
                     let node = own.rod.mesh().coupling_nodes[*c];
                     EventPlace::branch(&own.name, before.arc_lengths(network, *branch)[node])
                 }
-                Coupled::Arms { arms: [(branch, _), _], s, .. } => {
-                    EventPlace::branch(&network.branches[*branch].name, *s)
+                Coupled::AtJoint { sides: [arm, _], s, .. } => {
+                    EventPlace::branch(&network.branches[arm.branch].name, *s)
                 }
                 Coupled::Spring { constraint } => EventPlace::constraint(&network.constraints[*constraint].name),
             };
@@ -238,10 +248,14 @@ impl TwistMonitor {
                          segments do not hold {twist:.1} turns and how it bends there, {needed:.0} may"
                     )
                 }
-                Coupled::Arms { arms: [_, (other, _)], .. } => format!(
+                Coupled::AtJoint { other: Some(other), .. } => format!(
                     "{lost} of twist would be lost at the joint with branch `{}`: the wires that run from one to \
                      the other turned past half a turn",
                     network.branches[other].name
+                ),
+                Coupled::AtJoint { other: None, .. } => format!(
+                    "{lost} of twist would be lost at its joint: the spring that holds it to the hub turned past half \
+                     a turn"
                 ),
                 Coupled::Spring { .. } => format!(
                     "{lost} would be lost: its spring turned past half a turn, and cannot turn the cable as asked"

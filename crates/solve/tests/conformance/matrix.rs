@@ -165,6 +165,7 @@ fn the_assembled_matrix_is_the_second_derivative_of_the_energy() {
 #[test]
 fn levers_and_springs_are_in_the_assembled_matrix() {
     let registry = registry();
+    check_assembled("compliant, offsets", &sized_y_harness(&registry, "compliant-hub", 3, 0.04));
     let mut sample = sized_y_harness(&registry, "rigid-body", 3, 0.04);
     check_assembled("offsets", &sample);
     let spec = ConstraintSpec { tangent_given: true, up_given: true, ..ConstraintSpec::default() };
@@ -182,7 +183,7 @@ fn levers_and_springs_are_in_the_assembled_matrix() {
 /// At 3,000 rad/s the pull of the rotation stiffens as much as EA.
 #[test]
 fn the_pull_of_axes_that_rotate_is_in_the_assembled_matrix() {
-    for (kind, size) in [("rigid-body", 0.04), ("cosserat", 0.0)] {
+    for (kind, size) in [("rigid-body", 0.04), ("compliant-hub", 0.04), ("cosserat", 0.0)] {
         let mut sample = sized_y_harness(&registry(), kind, 3, size);
         sample.conditions.rotation =
             RotatingAxes { point: Vector::new(0.1, -0.2, 0.3), velocity: Vector::new(1200.0, -1800.0, 2000.0) };
@@ -193,7 +194,7 @@ fn the_pull_of_axes_that_rotate_is_in_the_assembled_matrix() {
 /// Stations on one hub with and without levers, on one variable and far apart, and a span that begins at the hub.
 #[test]
 fn constraints_of_several_stations_are_in_the_assembled_matrix() {
-    for (kind, size) in [("rigid-body", 0.04), ("cosserat", 0.0)] {
+    for (kind, size) in [("rigid-body", 0.04), ("compliant-hub", 0.04), ("cosserat", 0.0)] {
         let mut sample = sized_y_harness(&registry(), kind, 3, size);
         let place = |branch, node| Place::Node { branch, node };
         let hub = size > 0.0;

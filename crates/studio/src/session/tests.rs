@@ -427,6 +427,16 @@ fn settings_are_written_and_the_run_is_repeated() {
     assert!(text.contains("model = \"rigid-body\" # as measured"), "{text}");
     assert!(text.contains("bending_stiffness = 0.02 # measured"), "{text}");
     assert_eq!(bits(&last(&session)), bits(&ends(&text)[7]));
+    // A compliant hub needs the stiffness of its springs first.
+    let model = || Request::Set { key: "joints.J.model".into(), value: json!("compliant-hub") };
+    assert!(refused(&mut session, model()).contains("has no `bending_stiffness`"));
+    done(&mut session, Request::Set { key: "joints.J.bending_stiffness".into(), value: json!(0.3) });
+    done(&mut session, Request::Set { key: "joints.J.torsion_stiffness".into(), value: json!(0.2) });
+    let rigid = last(&session);
+    done(&mut session, model());
+    assert!(apart(&rigid, &last(&session)) > 1e-3);
+    let text = self::text(&mut session);
+    assert_eq!(bits(&last(&session)), bits(&ends(&text)[7]));
     for (key, value) in [
         ("joints.J.model", json!("soft")),
         ("sections.trunk.bending_stiffness", json!(-1.0)),

@@ -204,11 +204,12 @@ function constraintBody(constraint: Constraint, d: number, atStart: boolean): TH
   return group;
 }
 
-/** A hub for a rigid body, a ball for arms that meet in a point, a sleeve for those that share a station. */
+/** A box for a rigid body, a capsule for one whose arms give way, a ball for arms that meet in a point. */
 function jointBody(model: string, d: number): THREE.Group {
   const group = new THREE.Group();
   const material = paint(COLOUR.joint);
   if (model === "rigid-body") group.add(mesh(new THREE.BoxGeometry(1.9 * d, 1.5 * d, 1.9 * d), material));
+  else if (model === "compliant-hub") group.add(mesh(new THREE.CapsuleGeometry(0.95 * d, 0.9 * d, 6, 20), material));
   else if (model === "fused") group.add(mesh(new THREE.DodecahedronGeometry(0.95 * d), material));
   else group.add(mesh(new THREE.SphereGeometry(0.9 * d, 20, 14), material));
   return group;

@@ -6,7 +6,7 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::joint::{JointSpec, WireShare};
 use wireloom_core::rotation::{frame_from, orthogonal};
-use wireloom_core::{Arm, JointModel, Matrix, Mounting, Rotation, Section, Vector};
+use wireloom_core::{Arm, ArmSpring, JointModel, Matrix, Mounting, Rotation, Section, Vector};
 
 /// Makes the joint under test.
 pub type Factory<'f> = dyn Fn(JointSpec) -> Box<dyn JointModel> + 'f;
@@ -49,7 +49,19 @@ struct Case {
     name: String,
     spec: JointSpec,
     joint: Box<dyn JointModel>,
+    /// Those of the arms, then that of a compliant hub.
     frames: Vec<Rotation>,
+}
+
+/// The frames of all arms turned, and of the joint if it is a compliant hub.
+fn frames(
+    joint: &dyn JointModel,
+    spec: &JointSpec,
+    hub: &Rotation,
+    mut turn: impl FnMut() -> Rotation,
+) -> Vec<Rotation> {
+    let arms = spec.arms.iter().map(|arm| hub * arm.rest * turn());
+    arms.chain((joint.mounting() == Mounting::CompliantHub).then_some(*hub)).collect()
 }
 
 /// An arm's section, uneven and different for each.
@@ -83,6 +95,10 @@ fn spec(k: usize, folded: bool, wired: bool, curvature: f64, rng: &mut Rng) -> J
                 segment_length: 0.05 * (1.0 + rng.f64()),
                 length: 1.0,
                 curvature: random_vector(rng, curvature),
+                spring: ArmSpring {
+                    bending: Some([0.2 * (1.0 + rng.f64()), 0.3 * (1.0 + rng.f64())]),
+                    torsion: Some(0.1 * (1.0 + rng.f64())),
+                },
             }
         })
         .collect();
@@ -108,13 +124,14 @@ fn cases(subject: &Subject<'_>) -> Vec<Case> {
                 for (turn, curvature) in [(0.1, 0.0), (1.0, 3.0), (2.5, 0.0)] {
                     let spec = spec(k, folded, wired, curvature, &mut rng);
                     let common = random_rotation(&mut rng);
-                    let frames = spec.arms.iter().map(|arm| common * arm.rest * random_turn(&mut rng, turn)).collect();
+                    let joint = subject.make(spec.clone());
+                    let frames = frames(joint.as_ref(), &spec, &common, || random_turn(&mut rng, turn));
                     let name = format!(
                         "{k} arms{}{}, turns of {turn}",
                         if folded { ", folded" } else { "" },
                         if wired { ", wired" } else { "" }
                     );
-                    all.push(Case { name, joint: subject.make(spec.clone()), spec, frames });
+                    all.push(Case { name, joint, spec, frames });
                 }
             }
         }
@@ -233,8 +250,8 @@ pub fn rest_directions_have_no_energy_and_no_gradient(subject: &Subject<'_>) {
     for Case { name, mut spec, .. } in cases(subject) {
         spec.arms.iter_mut().for_each(|arm| arm.curvature = Vector::zeros());
         let common = random_rotation(&mut rng);
-        let frames: Vec<_> = spec.arms.iter().map(|arm| common * arm.rest).collect();
-        let joint = subject.make(spec);
+        let joint = subject.make(spec.clone());
+        let frames = frames(joint.as_ref(), &spec, &common, Rotation::identity);
         let (energy, g) = gradient(joint.as_ref(), &frames);
         assert_near(&format!("{name}: energy"), energy, 0.0, 1e-26);
         assert_near(&format!("{name}: gradient"), g.amax(), 0.0, 1e-13);
@@ -266,15 +283,16 @@ pub fn a_law_it_says_has_its_energy(subject: &Subject<'_>) {
 pub fn the_order_of_the_arms_does_not_matter(subject: &Subject<'_>) {
     for Case { name, mut spec, joint, mut frames } in cases(subject) {
         let (energy, want) = gradient(joint.as_ref(), &frames);
-        let k = frames.len();
+        let k = spec.arms.len();
         // A wire share is of the stiffness of the arm it comes from; name it from there still.
         for wire in &mut spec.wires {
             (wire.from, wire.to) = (k - 1 - wire.from, k - 1 - wire.to);
         }
         spec.arms.reverse();
-        frames.reverse();
+        frames[..k].reverse();
         let (got_energy, got) = gradient(subject.make(spec).as_ref(), &frames);
-        let vectors: Vec<Vector> = got.as_slice().chunks(3).rev().map(Vector::from_column_slice).collect();
+        let mut vectors: Vec<Vector> = got.as_slice().chunks(3).map(Vector::from_column_slice).collect();
+        vectors[..k].reverse();
         assert_near(&name, got_energy, energy, 1e-9 * (1.0 + energy));
         assert_all_near(&name, &flat(&vectors), &want, 1e-9 * (1.0 + want.amax()));
     }
@@ -286,7 +304,7 @@ pub fn the_order_of_the_arms_does_not_matter(subject: &Subject<'_>) {
 pub fn running_a_branch_from_its_other_end_changes_nothing(subject: &Subject<'_>) {
     for Case { name, spec, joint, frames } in cases(subject) {
         let (energy, want) = gradient(joint.as_ref(), &frames);
-        for a in 0..frames.len() {
+        for a in 0..spec.arms.len() {
             let (mut spec, mut frames) = (spec.clone(), frames.clone());
             spec.arms[a].starts_here ^= true;
             spec.arms[a].rest *= half_turn();
@@ -310,7 +328,8 @@ pub fn the_sign_of_a_quaternion_does_not_matter(subject: &Subject<'_>) {
         let want_hessian = hessian(joint.as_ref(), &frames);
         for a in 0..frames.len() {
             let (mut spec, mut negative) = (spec.clone(), frames.clone());
-            spec.arms[a].rest = negated(&spec.arms[a].rest);
+            // Behind the arms stands a compliant hub, whose own rest frame is not given.
+            spec.arms.get_mut(a).into_iter().for_each(|arm| arm.rest = negated(&arm.rest));
             negative[a] = negated(&frames[a]);
             let other = subject.make(spec);
             for (what, joint, frames) in [("frame", &joint, &negative), ("rest", &other, &frames)] {

@@ -6,7 +6,8 @@ use wireloom_core::network::{BranchPlan, ConstraintPlan, JointPlan, Place};
 use wireloom_core::rod::{Mesh, RodSpec};
 use wireloom_core::rotation::{columns, frame_from};
 use wireloom_core::{
-    Arm, Conditions, JointModel, Mounting, Network, Parameters, Problem, Registry, Rotation, Section, State, Vector,
+    Arm, ArmSpring, Conditions, JointModel, Mounting, Network, Parameters, Problem, Registry, Rotation, Section, State,
+    Vector,
 };
 
 /// A harness in its rest shape, with its conditions.
@@ -133,6 +134,7 @@ impl Sketch {
                         segment_length: branch.length / branch.segments as f64,
                         length: branch.length,
                         curvature: Vector::zeros(),
+                        spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2) },
                     });
                     branches.push(b);
                 }

@@ -54,6 +54,17 @@ pub(crate) const JOINT: Keys = Keys {
         must("arms", Form::Tables(&ARM), "one entry for every branch that ends here"),
         may("wires", Form::Tables(&WIRES), "wires that run through; default: by stiffness"),
         may("mass", Form::Number(Quantity::Mass, NON_NEGATIVE), "mass; default 0"),
+        may(
+            "bending_stiffness",
+            Form::OneOrTwo(Quantity::MomentPerAngle, POSITIVE),
+            "of the springs that hold the arms to a hub, about d1 and d2 of the arm; only models with such springs \
+             (`compliant-hub`) look at it, so that one file serves all models",
+        ),
+        may(
+            "torsion_stiffness",
+            Form::Number(Quantity::MomentPerAngle, POSITIVE),
+            "of the springs that hold the arms to a hub, about d3 of the arm; for the same models",
+        ),
         PART,
         DESCRIPTION,
         SUPPLIER,
@@ -77,6 +88,16 @@ pub(crate) const ARM: Keys = Keys {
             "offset",
             Form::Vector(Quantity::Length),
             "point where the arm leaves the joint, in the joint's frame; for models with a body",
+        ),
+        may(
+            "bending_stiffness",
+            Form::OneOrTwo(Quantity::MomentPerAngle, POSITIVE),
+            "of the spring that holds this arm to its hub, about d1 and d2 of the arm; default: that of the joint",
+        ),
+        may(
+            "torsion_stiffness",
+            Form::Number(Quantity::MomentPerAngle, POSITIVE),
+            "of the spring that holds this arm to its hub, about d3 of the arm; default: that of the joint",
         ),
     ],
 };
