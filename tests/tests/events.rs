@@ -82,13 +82,13 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
     assert!(moved > 0.9 * (z[k - 2] - z[k - 1]) && jump.increments == 1, "{jump:?}");
 }
 
-/// The same way is gone without a jump where a hand leads the middle down and keeps it level: what moves is what is
-/// prescribed.
+/// Without a jump the same way is gone where a hand leads the middle down and keeps it level: what moves is what is
+/// prescribed. Farther down the halves of the strip are not stable, and round-off decides when one of them snaps.
 #[test]
 fn a_strip_that_is_led_does_not_jump() {
     let led = strip_text("").replace("hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n", "tangent = [1, 0, 0]\n");
     let run = run(&(led
-        + "[[steps]]\nname = \"lead\"\nincrements = 40\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.05] \
+        + "[[steps]]\nname = \"lead\"\nincrements = 4\nmove = [{ constraint = \"plane\", position = [0.475, 0, 0.135] \
            }]\n"));
     assert_eq!(of(&run, EventKind::Jump), Vec::<&Event>::new());
 }

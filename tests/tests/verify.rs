@@ -87,8 +87,8 @@ fn a_plug_out_of_reach_fails_without_any_requirement_in_the_file() {
     }
 }
 
-/// A trunk of 0.3 m and an arm of 0.4 m run straight through the joint from plug to plug, which are `apart` (m); `middle`
-/// is a branch beside them.
+/// A trunk of 0.3 m and an arm of 0.4 m run straight through the joint from plug to plug, which are `apart` (m);
+/// `middle` is a branch beside them.
 fn through_a_joint(apart: f64, middle: &str) -> String {
     let arms = |more: &str| {
         format!(

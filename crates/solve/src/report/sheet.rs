@@ -33,8 +33,8 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The limits of its requirement that count for it: a straight cable, whose bend radius is infinite, keeps any least
-    /// one.
+    /// The limits of its requirement that count for it: a straight cable, whose bend radius is infinite, keeps any
+    /// least one.
     pub fn limits<'r>(&self, requirement: &'r Requirement) -> impl Iterator<Item = (Bound, f64)> + use<'r> {
         let own = self.limit;
         let limits = [(Bound::Min, requirement.min), (Bound::Max, requirement.max)];
@@ -81,15 +81,17 @@ impl Worst {
 
     /// Why a requirement with this value, whose error reaches over its limit, is not resolved; `worst` is the worst
     /// value.
-    fn reaches_over(&self, worst: Option<&Self>) -> String {
+    fn reaches_over(&self, worst: Option<&Self>, measure: Measure) -> String {
         let why = "the discretisation error reaches over the limit".to_owned();
-        if worst
-            .is_some_and(|worst| (worst.value, &worst.moment, &worst.place) == (self.value, &self.moment, &self.place))
-        {
+        let Self { value, error, moment, place, .. } = self;
+        if worst.is_some_and(|worst| (worst.value, &worst.moment, &worst.place) == (*value, moment, place)) {
             return why;
         }
-        let Self { value, error, moment: Moment { step, increment, .. }, place, .. } = self;
-        format!("{why} at {place} in step `{step}` ({increment}): {value:.4e} ± {:.1e}", error.unwrap_or(0.0))
+        let Moment { step, increment, .. } = moment;
+        let (error, unit) = (error.unwrap_or(0.0), measure.unit());
+        format!("{why} at {place} in step `{step}` ({increment}): {value:.3e} ± {error:.1e} {unit}")
+            .trim_end()
+            .to_owned()
     }
 
     /// Whether it keeps its limit, but is near it and has no estimate of its error.
@@ -236,7 +238,7 @@ impl Line {
             let why = format!("the equilibrium of step `{step}`, increment {increment}, is not stable");
             (Verdict::Unresolved, Some(why))
         } else if let Some(doubted) = doubted {
-            (Verdict::Unresolved, Some(doubted.reaches_over(self.worst.as_ref())))
+            (Verdict::Unresolved, Some(doubted.reaches_over(self.worst.as_ref(), requirement.measure)))
         } else if self.worst.as_ref().is_some_and(Worst::is_uncertain) {
             let why = format!(
                 "its discretisation error is not known, and it is within {} % of its limit",

@@ -202,9 +202,9 @@ impl Driver<'_, '_> {
         Some(status)
     }
 
-    /// Finds the initial equilibrium without contact. A harness that is not drawn begins in a layout that is none of its
-    /// shapes: what it meets on the way from there means nothing. `None` if something is drawn, or would touch at the
-    /// equilibrium, or none is found; nothing has changed then.
+    /// Finds the initial equilibrium without contact. A harness that is not drawn begins in a layout that is none of
+    /// its shapes: what it meets on the way from there means nothing. `None` if something is drawn, or would touch at
+    /// the equilibrium, or none is found; nothing has changed then.
     fn start_without_contact(&mut self, schedule: &Schedule) -> Option<Grade> {
         let network = self.problem.network;
         let drawn = network.branches.iter().any(|branch| !branch.path.is_empty());
