@@ -660,11 +660,6 @@ impl Problem<'_> {
         }
     }
 
-    /// Lets cables pass through everything from now on.
-    pub fn ignore_contact(&mut self) {
-        self.contact = ContactTerm::default();
-    }
-
     /// Permits the overlaps of cables at `state`.
     pub fn allow_overlaps(&mut self, state: &State) {
         let system = System { network: self.network, conditions: &self.conditions };

@@ -15,7 +15,7 @@ pub struct Local {
     /// The node, or the one before the place.
     pub node: usize,
     /// Fraction of the way to the next node; 0 at a node.
-    fraction: f64,
+    pub fraction: f64,
     /// Arc length, m.
     pub s: f64,
     pub position: Vector,
@@ -44,18 +44,22 @@ impl Local {
         }
     }
 
-    /// Between a node and the next one: linear, the bend by its curvature, the position along the centre line.
+    /// Between a node and the next one: linear, forces and moments in the axes of the frame, the bend by its curvature,
+    /// the position along the centre line.
     fn between(branch: &BranchResult, node: usize, s: f64) -> Self {
         let (a, b) = (Self::at_node(branch, node, 1), Self::at_node(branch, node + 1, 0));
         let t = (s - a.s) / (b.s - a.s);
-        let mix = |a: &Vector, b: &Vector| a * (1.0 - t) + b * t;
+        let frame = a.frame.try_slerp(&b.frame, t, 1e-12).unwrap_or(a.frame);
+        let mix = |of_a: &Vector, of_b: &Vector| {
+            frame * (a.frame.inverse() * of_a * (1.0 - t) + b.frame.inverse() * of_b * t)
+        };
         let bend = (1.0 - t) / a.bend_radius + t / b.bend_radius;
         Self {
             node,
             fraction: t,
             s,
             position: result::position_at(branch, s),
-            frame: a.frame.try_slerp(&b.frame, t, 1e-12).unwrap_or(a.frame),
+            frame,
             force: mix(&a.force, &b.force),
             moment: mix(&a.moment, &b.moment),
             bend_radius: if bend > 0.0 { 1.0 / bend } else { f64::INFINITY },
@@ -117,7 +121,7 @@ impl PartOfBranch {
     }
 
     /// All values in the part, each with its place and by how much those around it, between nodes, may be beyond it: an
-    /// eighth of the largest second difference of the nodes near it. Nothing is known across what attaches.
+    /// eighth of the largest second difference of the nodes near it, those across what attaches left out.
     pub fn values(&self, value: impl Fn(&Local) -> f64) -> impl Iterator<Item = (&Local, f64, f64)> {
         let values: Vec<f64> = self.places.iter().map(|(place, _)| value(place)).collect();
         let mut differences = vec![0.0_f64; values.len()];

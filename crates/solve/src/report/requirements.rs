@@ -49,6 +49,8 @@ pub(crate) struct Equilibrium<'a> {
     pub step: Option<usize>,
     /// Spans between held places.
     pub spans: Spans,
+    /// Of each span the error of its reach, and its pressure along the chord where that may buckle it.
+    of_spans: Vec<(f64, Option<Found>)>,
     /// The cables, for distances between them and from obstacles.
     pub cables: &'a Cables<'a>,
     /// Poses of the obstacles.
@@ -86,7 +88,7 @@ impl<'a> Equilibrium<'a> {
         });
         let rest_twists = rest_twists.collect();
         let (moved, spans) = (moved.collect(), Spans::new(problem, state));
-        Self {
+        let mut equilibrium = Self {
             network,
             branches,
             errors,
@@ -97,10 +99,14 @@ impl<'a> Equilibrium<'a> {
             ends_step,
             step,
             spans,
+            of_spans: Vec::new(),
             cables,
             poses: problem.conditions().contact.poses.clone(),
             rest_twists,
-        }
+        };
+        let values = |span| (equilibrium.reach_error(span), equilibrium.pressed(span));
+        equilibrium.of_spans = equilibrium.spans.all.iter().map(values).collect();
+        equilibrium
     }
 
     /// The values of a requirement at all its places; empty where it does not count.
@@ -252,12 +258,18 @@ impl<'a> Equilibrium<'a> {
         let (branch, own) = (&self.branches[b], &self.network.branches[b]);
         let errors = &self.errors[b];
         // Only the least and the greatest value, as computed or with their errors, can be the worst. `widened`: values
-        // between nodes may be beyond those at them.
-        let mut places = |widened: bool, value: &dyn Fn(&Local) -> f64, error: &dyn Fn(&Local) -> f64| {
+        // between nodes may be beyond those at them; at the ends of a part there are no nodes.
+        let places = |widened: bool,
+                      found: &mut Vec<Found>,
+                      value: &dyn Fn(&Local) -> f64,
+                      error: &dyn Fn(&Local) -> f64| {
             let part = PartOfBranch::new(branch, from, to);
             let all: Vec<(&Local, f64, f64)> = part
                 .values(value)
-                .map(|(place, value, between)| (place, value, error(place) + if widened { between } else { 0.0 }))
+                .map(|(place, value, between)| {
+                    let between = if widened || place.fraction > 0.0 { between } else { 0.0 };
+                    (place, value, error(place) + between)
+                })
                 .collect();
             let least = |sign: f64, doubt: f64| {
                 let score = |k: usize| sign * all[k].1 - doubt * all[k].2;
@@ -276,24 +288,31 @@ impl<'a> Equilibrium<'a> {
         let force = &|place: &Local| place.error(|i| errors.force[i]);
         let torsion = &|place: &Local| place.error(|i| errors.torsion[i]);
         match requirement.measure {
-            Measure::BendRadius => places(false, &|place| place.bend_radius, &|place| {
-                place.error(|i| errors.bend_radius(i, place.bend_radius))
-            }),
-            Measure::Tension => places(true, &Local::tension, force),
-            Measure::Compression => places(true, &|place| -place.tension(), force),
+            Measure::BendRadius => {
+                let error = |place: &Local| place.error(|i| errors.curvature[i] + errors.between[i]);
+                let mut bends = Vec::new();
+                places(false, &mut bends, &|place| 1.0 / place.bend_radius, &error);
+                found.extend(bends.into_iter().map(|bend| {
+                    let (radius, doubt) = (1.0 / bend.value, bend.error.unwrap_or(0.0));
+                    let error = if radius.is_finite() { radius - 1.0 / (bend.value + doubt) } else { 0.0 };
+                    Found { value: radius, error: Some(error), ..bend }
+                }));
+            }
+            Measure::Tension => places(true, found, &Local::tension, force),
+            Measure::Compression => places(true, found, &|place| -place.tension(), force),
             Measure::Strain => {
                 let error = |place: &Local| force(place) / own.section.stiffness_at(place.tension());
-                places(true, &|place| own.section.strain(place.tension()), &error);
+                places(true, found, &|place| own.section.strain(place.tension()), &error);
             }
             Measure::Torsion if own.section.twists_linearly() => {
                 let stiffness = own.section.torsion_stiffness;
                 let twist = |place: &Local| place.moment.dot(&(place.frame * Vector::z())) / stiffness;
-                places(true, &|place| twist(place).abs(), torsion);
+                places(true, found, &|place| twist(place).abs(), torsion);
             }
-            Measure::Torsion => places(true, &|place| self.twist(b, place.node).abs(), torsion),
+            Measure::Torsion => places(true, found, &|place| self.twist(b, place.node).abs(), torsion),
             Measure::Deviation => {
                 let distance = |place: &Local| deviation::distance_from(&own.drawn, &place.position);
-                places(false, &distance, &|place| place.error(|i| errors.position[i]));
+                places(false, found, &distance, &|place| place.error(|i| errors.position[i]));
             }
             Measure::Turns => {
                 let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
@@ -311,13 +330,13 @@ impl<'a> Equilibrium<'a> {
                 found.push(Found { error: Some(error), ..at(length - between.norm(), place) });
             }
             Measure::Reach => {
-                for span in self.spans.of(b) {
+                for k in self.spans.of(b) {
+                    let (span, error) = (&self.spans.all[k], Some(self.of_spans[k].0));
                     let limit = Some(requirement.max.unwrap_or(1.0) + span.tolerance);
-                    let error = Some(self.reach_error(span));
                     found.push(Found { limit, error, ..at(span.chord / span.length, span.place(self.network, b)) });
                 }
             }
-            Measure::Buckling => found.extend(self.pressed(b)),
+            Measure::Buckling => found.extend(self.spans.of(b).filter_map(|k| self.of_spans[k].1.clone())),
             Measure::Clearance => {
                 let part = CablePart { branch: b, from, to };
                 found.extend(requirement.against.iter().filter_map(|other| self.clearance(part, other)));
@@ -366,10 +385,11 @@ impl<'a> Equilibrium<'a> {
                 let lines::Place { distance, s, .. } =
                     self.cables.clearance_from_obstacle(part, obstacle, &self.poses[o]);
                 let obstacle = Some(obstacle.name.clone());
-                let touches = self.contact_force(part.branch, Against::Obstacle(o)) > 0.0;
+                let radius = 0.5 * self.branches[part.branch].diameter;
+                let touches =
+                    self.contact_force(part.branch, Against::Obstacle(o)) > 0.0 && distance.abs() <= TOUCHING * radius;
                 let error = (!touches).then(|| self.line_error(part.branch, s));
                 let place = EventPlace { obstacle, ..EventPlace::branch(name, s) };
-                let radius = 0.5 * self.branches[part.branch].diameter;
                 Some(Found { error, ..at(if touches { in_touch(distance, radius) } else { distance }, place) })
             }
             Part::Branch { branch, from, to } => {
@@ -381,11 +401,12 @@ impl<'a> Equilibrium<'a> {
                     other_s: Some(pair.s[1]),
                     ..EventPlace::branch(name, pair.s[0])
                 };
-                let touches = self.contact_force(part.branch, Against::Branch(branch)) > 0.0
-                    || self.contact_force(branch, Against::Branch(part.branch)) > 0.0;
                 let own = [(part.branch, pair.s[0]), (branch, pair.s[1])];
-                let error = (!touches).then(|| own.map(|(b, s)| self.line_error(b, s)).iter().sum());
                 let radii = 0.5 * own.map(|(b, _)| self.branches[b].diameter).iter().sum::<f64>();
+                let touches = (self.contact_force(part.branch, Against::Branch(branch)) > 0.0
+                    || self.contact_force(branch, Against::Branch(part.branch)) > 0.0)
+                    && pair.distance.abs() <= TOUCHING * radii;
+                let error = (!touches).then(|| own.map(|(b, s)| self.line_error(b, s)).iter().sum());
                 let distance = if touches { in_touch(pair.distance, radii) } else { pair.distance };
                 Some(Found { error, ..at(distance, place) })
             }
@@ -401,44 +422,42 @@ impl<'a> Equilibrium<'a> {
         turned / (branch.s[after] - branch.s[before]) - self.rest_twists[b]
     }
 
-    /// Force with which each straight span that a branch is part of is pressed along its chord, N, and the force above
-    /// which that is not stable even between clamped ends. A span that has buckled bears at most 1 % more while it is
-    /// nearly straight (Timoshenko & Gere 1961, section 2.7). None where something supports the span from the side.
-    fn pressed(&self, b: usize) -> Vec<Found> {
+    /// Force with which a straight span is pressed along its chord, N, and the force above which that is not stable even
+    /// between clamped ends. A span that has buckled bears at most 1 % more while it is nearly straight (Timoshenko &
+    /// Gere 1961, section 2.7). None where something supports the span from the side.
+    fn pressed(&self, span: &spans::Span) -> Option<Found> {
         let touches = |piece: &Piece| self.contact_forces.keys().any(|(touching, _)| *touching == piece.branch);
-        let mut found = Vec::new();
-        for span in self.spans.of(b).filter(|span| span.alone && !span.pieces.iter().any(touches)) {
-            // Nodes in order, each with the force of the cable before it on that behind it.
-            let nodes = |piece: &Piece| {
-                let (piece, branch) = (*piece, &self.branches[piece.branch]);
-                let [first, last] = piece.nodes;
-                // Of both sides of a node those within the piece.
-                let sides = move |i: usize| {
-                    let [before, after] = if first < last { [0, 1] } else { [1, 0] };
-                    let forces = part::forces_around(branch, i);
-                    let within = [(i != first).then_some(before), (i != last).then_some(after)];
-                    within.into_iter().flatten().map(move |side| forces[side])
-                };
-                let signed = move |i: usize| {
-                    sides(i).map(move |force| (piece.branch, i, branch.position[i], -piece.sign() * force))
-                };
-                piece.in_order().flat_map(signed)
-            };
-            let nodes: Vec<_> = span.pieces.iter().flat_map(nodes).collect();
-            let way: f64 = nodes.windows(2).map(|pair| (pair[1].2 - pair[0].2).norm()).sum();
-            if way > STRAIGHT * span.chord {
-                continue;
-            }
-            // By so much the whole span is pressed along its chord.
-            let along = (nodes[nodes.len() - 1].2 - nodes[0].2).try_normalize(0.0).unwrap_or_default();
-            let pressed = nodes.iter().map(|(branch, i, _, force)| (*branch, *i, force.dot(&along)));
-            let limit = Some(BUCKLED * span.euler(self.network));
-            found.extend(pressed.min_by(|a, b| a.2.total_cmp(&b.2)).map(|(branch, i, force)| {
-                let place = EventPlace::branch(&self.branches[branch].name, self.branches[branch].s[i]);
-                Found { limit, error: Some(self.errors[branch].force[i]), ..at(force, place) }
-            }));
+        if !span.alone || span.pieces.iter().any(touches) {
+            return None;
         }
-        found
+        // Nodes in order, each with the force of the cable before it on that behind it.
+        let nodes = |piece: &Piece| {
+            let (piece, branch) = (*piece, &self.branches[piece.branch]);
+            let [first, last] = piece.nodes;
+            // Of both sides of a node those within the piece.
+            let sides = move |i: usize| {
+                let [before, after] = if first < last { [0, 1] } else { [1, 0] };
+                let forces = part::forces_around(branch, i);
+                let within = [(i != first).then_some(before), (i != last).then_some(after)];
+                within.into_iter().flatten().map(move |side| forces[side])
+            };
+            let signed =
+                move |i: usize| sides(i).map(move |force| (piece.branch, i, branch.position[i], -piece.sign() * force));
+            piece.in_order().flat_map(signed)
+        };
+        let nodes: Vec<_> = span.pieces.iter().flat_map(nodes).collect();
+        let way: f64 = nodes.windows(2).map(|pair| (pair[1].2 - pair[0].2).norm()).sum();
+        if way > STRAIGHT * span.chord {
+            return None;
+        }
+        // By so much the whole span is pressed along its chord.
+        let along = (nodes[nodes.len() - 1].2 - nodes[0].2).try_normalize(0.0).unwrap_or_default();
+        let pressed = nodes.iter().map(|(branch, i, _, force)| (*branch, *i, force.dot(&along)));
+        let limit = Some(BUCKLED * span.euler(self.network));
+        pressed.min_by(|a, b| a.2.total_cmp(&b.2)).map(|(branch, i, force)| {
+            let place = EventPlace::branch(&self.branches[branch].name, self.branches[branch].s[i]);
+            Found { limit, error: Some(self.errors[branch].force[i]), ..at(force, place) }
+        })
     }
 
     /// Sum of the sizes of the contact forces on a branch, N.

@@ -4,7 +4,7 @@ use super::Occurrence;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::PI;
-use wireloom_core::constraint::{Action, Hold};
+use wireloom_core::constraint::Action;
 use wireloom_core::network::{BranchEnd, Place};
 use wireloom_core::{EventKind, EventPlace, Network, Problem, State};
 
@@ -72,7 +72,8 @@ pub(crate) struct Span {
     pub tolerance: f64,
     /// What is known of the places of its ends.
     pub known: [EndKnown; 2],
-    /// Whether nothing but loads acts on it between its ends: no branch leaves it, no constraint supports it.
+    /// Whether nothing but loads and springs acts on it between its ends: no branch leaves it, no constraint supports
+    /// it.
     pub alone: bool,
 }
 
@@ -184,21 +185,25 @@ impl Spans {
         Self { all, of_branch, free_strains }
     }
 
-    /// The spans that a branch is part of.
-    pub fn of(&self, branch: usize) -> impl Iterator<Item = &Span> {
-        self.of_branch[branch].iter().map(|index| &self.all[*index])
+    /// Indices of the spans that a branch is part of.
+    pub fn of(&self, branch: usize) -> impl Iterator<Item = usize> {
+        self.of_branch[branch].iter().copied()
     }
 }
 
-/// Which points are held in place, and which ones something else acts on that may support a cable.
+/// Which points are held in place, and which ones only in some directions, or by equations, which may support a cable. A
+/// spring does not count: it may be as soft as it likes.
 fn acted_on(problem: &Problem<'_>) -> (Vec<bool>, Vec<bool>) {
     let network = problem.network;
     let (mut held, mut supported) = (vec![false; network.points], vec![false; network.points]);
     let active = network.constraints.iter().zip(&problem.conditions().active).filter(|(_, active)| **active);
     for (constraint, _) in active {
-        let holds = |hold: &Hold| hold.position && hold.rails.is_empty();
-        let is_held = matches!(constraint.model.action(), Action::Prescribed(hold) if holds(hold));
-        let marked = if is_held { &mut held } else { &mut supported };
+        let marked = match constraint.model.action() {
+            Action::Prescribed(hold) if hold.position && hold.rails.is_empty() => &mut held,
+            Action::Prescribed(hold) if hold.position => &mut supported,
+            Action::Equations(_) => &mut supported,
+            _ => continue,
+        };
         for (place, site) in constraint.places.iter().zip(&constraint.stations) {
             let point = match *place {
                 // The end of an arm away from its hub.
@@ -319,7 +324,9 @@ fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge
             let chord = (state.points[end] - state.points[source]).norm();
             let mut branches: Vec<usize> = way.iter().flat_map(|e| &edges[*e].pieces).map(|p| p.branch).collect();
             branches.retain(|b| worst[*b].is_none_or(|k: usize| chord * found[k].length > found[k].chord * length));
-            if way.len() < 2 || branches.is_empty() {
+            // A single cable without lever arms is known already.
+            let is_known = matches!(way[..], [single] if edges[single].levers == [0.0; 2]);
+            if is_known || branches.is_empty() {
                 continue;
             }
             for b in branches {
@@ -345,12 +352,9 @@ fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge
             found.push(span);
         }
     }
-    let mut index = 0;
-    found.retain(|_| {
-        index += 1;
-        worst.contains(&Some(index - 1))
-    });
-    found
+    let mut kept = vec![false; found.len()];
+    worst.into_iter().flatten().for_each(|index| kept[index] = true);
+    found.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(span, _)| span).collect()
 }
 
 /// Vertices reached from a held one, through those that nothing holds (Dijkstra 1959): length of the shortest way, m,

@@ -236,7 +236,7 @@ impl Driver<'_, '_> {
                 break;
             }
             self.update_operations(plan, to);
-            if to < b && !self.starting {
+            if to < b {
                 self.check_on_the_way(|_| true);
             }
         }
@@ -317,12 +317,9 @@ impl Driver<'_, '_> {
     }
 
     /// Checks the clearances at an equilibrium between two halves. The scenario does not ask for it, so what else it
-    /// may break, such as a straight span that has not buckled yet, does not count. While the initial equilibrium is
-    /// searched for no state is one of the harness.
+    /// may break, such as a straight span that has not buckled yet, does not count.
     fn check_clearances(&mut self) {
-        if !self.starting {
-            self.check_on_the_way(|requirement| requirement.measure == Measure::Clearance);
-        }
+        self.check_on_the_way(|requirement| requirement.measure == Measure::Clearance);
     }
 
     /// Whether a clearance that has been kept so far may have been broken on the way through a part that began under

@@ -63,7 +63,6 @@ impl Driver<'_, '_> {
         self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
         let from_coarse = coarse.and_then(|coarse| self.start_from_coarse(coarse, schedule));
         let status = from_coarse.unwrap_or_else(|| self.find_initial_equilibrium());
-        let status = if is_balanced(status) { status } else { self.start_without_contact(schedule).unwrap_or(status) };
         self.commit_start(status);
         if self.problem.monitor.is_stopped() { Grade::INTERRUPTED } else { status }
     }
@@ -200,42 +199,6 @@ impl Driver<'_, '_> {
         }
         self.starting = false;
         Some(status)
-    }
-
-    /// Finds the initial equilibrium without contact. A harness that is not drawn begins in a layout that is none of
-    /// its shapes: what it meets on the way from there means nothing. `None` if something is drawn, or would touch at
-    /// the equilibrium, or none is found; nothing has changed then.
-    fn start_without_contact(&mut self, schedule: &Schedule) -> Option<Grade> {
-        let network = self.problem.network;
-        let drawn = network.branches.iter().any(|branch| !branch.path.is_empty());
-        if drawn || self.is_over() || self.problem.contact().is_idle() {
-            return None;
-        }
-        let monitor = &self.problem.monitor;
-        let mut free = Driver::at_start(network, &mut *self.minimiser, &self.stop, schedule, monitor);
-        free.problem.ignore_contact();
-        let found = free.find_initial_equilibrium();
-        let (state, lost_twist, mut conditions) = (free.state, free.lost_twist, free.problem.conditions().clone());
-        self.iterations += free.iterations;
-        self.polish += free.polish;
-        self.factorisations += free.factorisations;
-        if found != Status::Converged {
-            return None;
-        }
-        conditions.contact.overlaps = Default::default();
-        let began = (std::mem::replace(&mut self.state, state), self.problem.conditions().clone());
-        let began_lost = std::mem::replace(&mut self.lost_twist, lost_twist);
-        self.problem.change(|own| *own = conditions);
-        self.problem.update_held(&self.state);
-        self.problem.find_contacts(&self.state);
-        let status = self.certify(found);
-        if status == Status::Converged && self.problem.contact().found().is_empty() {
-            return Some(status);
-        }
-        (self.state, self.lost_twist) = (began.0, began_lost);
-        self.problem.change(|own| *own = began.1);
-        self.problem.update_held(&self.state);
-        None
     }
 
     /// Finds an equilibrium near `state`, with the constraints that act from the start at their poses in the scenario.
