@@ -350,12 +350,12 @@ pub trait RodSegment: Send + Sync {
     /// Energy by effect, J.
     fn energy(&self, shape: &BranchShape<'_>) -> RodEnergy;
 
-    /// Overwrites `frames` with ∂/∂θ_c (N m, body frame) of the parts E_c and E_p, which do not depend on the points: as
-    /// long as the frames stay it is not called again. Returns their energy, J.
+    /// Overwrites `frames` with ∂/∂θ_c (N m, body frame) of the parts E_c and E_p, which do not depend on the points:
+    /// as long as the frames stay it is not called again. Returns their energy, J.
     fn coupling_gradient(&self, shape: &BranchShape<'_>, frames: &mut [Vector]) -> f64;
 
-    /// Overwrites `points` with ∂/∂x_i (N) of the parts E_j, and adds their ∂/∂θ_c (N m, body frame) to `frames`. Returns
-    /// their energy, J.
+    /// Overwrites `points` with ∂/∂x_i (N) of the parts E_j, and adds their ∂/∂θ_c (N m, body frame) to `frames`.
+    /// Returns their energy, J.
     fn segment_gradient(&self, shape: &BranchShape<'_>, points: &mut [Vector], frames: &mut [Vector]) -> f64;
 
     /// Second derivatives, part by part. Where `forces` is given (one for each segment,
