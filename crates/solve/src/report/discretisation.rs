@@ -39,7 +39,7 @@
 //!
 //! Under loads without a potential H is the tangent of the residual. Where it is not available (the state is no
 //! equilibrium of known stability, or cables slide under such loads), the estimate is local: the last contribution,
-//! times `LOCAL_SAFETY`, integrated along the branch for positions. Where cables touch something H contains the contacts
+//! times `LOCAL_SAFETY`, integrated along the branch for positions. Where cables touch something H has the contacts
 //! that act, and where they slide the arc length at the constraint is fixed; with another mesh both would differ a
 //! little, so the estimate is doubled there, that of positions tripled where they slide.
 

@@ -422,7 +422,7 @@ impl<'a> Equilibrium<'a> {
         turned / (branch.s[after] - branch.s[before]) - self.rest_twists[b]
     }
 
-    /// Force with which a straight span is pressed along its chord, N, and the force above which that is not stable even
+    /// Force with which a straight span is pressed along its chord, N, and that above which it is not stable even
     /// between clamped ends. A span that has buckled bears at most 1 % more while it is nearly straight (Timoshenko &
     /// Gere 1961, section 2.7). None where something supports the span from the side.
     fn pressed(&self, span: &spans::Span) -> Option<Found> {

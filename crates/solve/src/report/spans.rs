@@ -191,8 +191,8 @@ impl Spans {
     }
 }
 
-/// Which points are held in place, and which ones only in some directions, or by equations, which may support a cable. A
-/// spring does not count: it may be as soft as it likes.
+/// Which points are held in place, and which ones only in some directions, or by equations, which may support a cable.
+/// A spring does not count: it may be very soft.
 fn acted_on(problem: &Problem<'_>) -> (Vec<bool>, Vec<bool>) {
     let network = problem.network;
     let (mut held, mut supported) = (vec![false; network.points], vec![false; network.points]);

@@ -95,8 +95,8 @@ impl Driver<'_, '_> {
         start.sheet.lines(self.problem.network, end.status)
     }
 
-    /// Checks those requirements that count at an equilibrium on the way through an increment. On the way to the initial
-    /// equilibrium, increment 0, no state is one of the harness.
+    /// Checks those requirements that count at an equilibrium on the way through an increment. On the way to the
+    /// initial equilibrium, increment 0, no state is one of the harness.
     pub(super) fn check_on_the_way(&mut self, counts: impl Fn(&Requirement) -> bool) {
         if self.log.now().increment > 0 && self.problem.network.requirements.iter().any(&counts) {
             let touching = self.problem.touching_points(&self.state);
