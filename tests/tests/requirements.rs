@@ -554,3 +554,67 @@ fn under_a_moment_errors_pass_through_joints() {
         assert!(wrong > 1e-7 && wrong < error && error < 20.0 * wrong, "{name}: {value} ± {error}, wrong by {wrong}");
     }
 }
+
+/// A spring at the middle of a pressed column, as soft as it likes, does not take it out of the check.
+#[test]
+fn a_soft_spring_supports_no_column() {
+    let run = run(&[
+        "schema = 1\nname = \"soft\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.2, 20),
+        &connector("plug-A", "A", [0.0; 3]),
+        &connector("plug-B", "B", [0.2, 0.0, 0.0]),
+        "[[constraints]]\nname = \"soft\"\nkind = \"handle\"\nat = { branch = \"cable\", s = 0.1 }\n\
+         position = [0.1, 0, 0]\nstiffness = 0.001\n",
+        "[[steps]]\nname = \"push\"\nmove = [{ constraint = \"plug-B\", position = [0.1999, 0, 0] }]\n",
+    ]
+    .concat());
+    let line = run.requirements.iter().find(|line| line.measure == Measure::Buckling).expect("always");
+    // EA times the strain of 5e-4, and 1.1 · 4 π² EI/L².
+    close(line.worst, 5.0, 1e-5);
+    close(Some(line.limit), 1.1 * 4.0 * PI * PI * 0.01 / 0.04, 1e-9);
+}
+
+/// Between a plug and a hub that is held the cable reaches to the end of the hub's lever arm.
+#[test]
+fn a_plug_out_of_reach_of_a_held_hub_fails() {
+    let text = |plug: f64| {
+        [
+            "schema = 1\nname = \"hub\"\ngravity = [0, 0, 0]\n",
+            &section("cable"),
+            &branch("trunk", ["A", "J"], "cable", 0.3, 30),
+            &branch("arm", ["J", "B"], "cable", 0.4, 40),
+            "[[joints]]\nname = \"J\"\nmodel = \"rigid-body\"\narms = [\
+             { branch = \"trunk\", direction = [-1, 0, 0], up = [0, 0, 1], offset = [-0.01, 0, 0] }, \
+             { branch = \"arm\", direction = [1, 0, 0], up = [0, 0, 1], offset = [0.01, 0, 0] }]\n",
+            "[[constraints]]\nname = \"hub\"\nkind = \"connector\"\nat = { joint = \"J\" }\n\
+             position = [0.31, 0, 0]\ntangent = [0, 0, 1]\nup = [1, 0, 0]\n",
+            &connector("plug-A", "A", [0.0; 3]),
+            &connector("plug-B", "B", [plug, 0.0, 0.0]),
+        ]
+        .concat()
+    };
+    for (plug, verdict) in [(0.72, Verdict::Pass), (0.7212, Verdict::Fail)] {
+        let run = run(&text(plug));
+        let reach = run.requirements.iter().find(|line| line.measure == Measure::Reach).expect("reach");
+        assert_eq!(reach.verdict, verdict, "{reach:?}");
+    }
+}
+
+/// Wind has no potential and is applied last: on its way up the cable passes a ball that it is far from in the end.
+#[test]
+fn no_clearance_is_broken_while_the_wind_rises_before_the_first_step() {
+    let run = run(&[
+        "schema = 1\nname = \"wind\"\n",
+        &section("cable").replace("50 g/m", "100 g/m"),
+        &branch("cable", ["A", "B"], "cable", 1.0, 60),
+        &connector_along("plug-A", "A", [0.0; 3], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]),
+        &sphere(0.02, [0.0, 0.04, -0.9], 0.03),
+        "[[loads]]\nname = \"wind\"\nspan = { branch = \"cable\" }\nflow = { velocity = [20, 0, 0] }\n",
+        "[[steps]]\nname = \"hold\"\n",
+    ]
+    .concat());
+    assert_eq!(run.status(), Status::Converged);
+    assert_eq!(line(&run, "ball").verdict, Verdict::Pass, "{:?}", line(&run, "ball"));
+    assert!(line(&run, "ball").worst > Some(0.3));
+}
