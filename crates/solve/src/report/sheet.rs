@@ -81,17 +81,13 @@ impl Worst {
 
     /// Why a requirement with this value, whose error reaches over its limit, is not resolved; `worst` is the worst
     /// value.
-    fn reaches_over(&self, worst: Option<&Self>, measure: Measure) -> String {
-        let why = "the discretisation error reaches over the limit".to_owned();
-        let Self { value, error, moment, place, .. } = self;
+    fn reaches_over(&self, worst: Option<&Self>) -> String {
+        let why = "the discretisation error reaches over the limit";
+        let Self { value, moment, place, .. } = self;
         if worst.is_some_and(|worst| (worst.value, &worst.moment, &worst.place) == (*value, moment, place)) {
-            return why;
+            return why.to_owned();
         }
-        let Moment { step, increment, .. } = moment;
-        let (error, unit) = (error.unwrap_or(0.0), measure.unit());
-        format!("{why} at {place} in step `{step}` ({increment}): {value:.3e} ± {error:.1e} {unit}")
-            .trim_end()
-            .to_owned()
+        format!("{why} at {place} in step `{}` ({})", moment.step, moment.increment)
     }
 
     /// Whether it keeps its limit, but is near it and has no estimate of its error.
@@ -238,7 +234,7 @@ impl Line {
             let why = format!("the equilibrium of step `{step}`, increment {increment}, is not stable");
             (Verdict::Unresolved, Some(why))
         } else if let Some(doubted) = doubted {
-            (Verdict::Unresolved, Some(doubted.reaches_over(self.worst.as_ref(), requirement.measure)))
+            (Verdict::Unresolved, Some(doubted.reaches_over(self.worst.as_ref())))
         } else if self.worst.as_ref().is_some_and(Worst::is_uncertain) {
             let why = format!(
                 "its discretisation error is not known, and it is within {} % of its limit",
