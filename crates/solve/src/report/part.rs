@@ -2,13 +2,18 @@
 //! ends where they lie between nodes.
 
 use super::result;
-use wireloom_core::equilibrium::BranchResult;
+use wireloom_core::equilibrium::{BranchResult, NodeSides};
 use wireloom_core::{Rotation, Vector};
 
 /// Distance along a branch, as a fraction of its length, within which an end of a part is at a node.
 const SAME: f64 = 1e-9;
 /// Nodes on either side of a part that tell how values change within it.
 const AROUND: usize = 3;
+
+/// Both sides of a node, where something attaches.
+fn sides(branch: &BranchResult, node: usize) -> Option<&NodeSides> {
+    branch.sides.binary_search_by_key(&node, |sides| sides.node).ok().map(|k| &branch.sides[k])
+}
 
 /// Results at one place.
 pub struct Local {
@@ -31,7 +36,7 @@ pub struct Local {
 impl Local {
     /// At a node; beside something that attaches there on one side, 0 before and 1 after.
     fn at_node(branch: &BranchResult, node: usize, side: usize) -> Self {
-        let sides = branch.sides.iter().find(|sides| sides.node == node);
+        let sides = sides(branch, node);
         Self {
             node,
             fraction: 0.0,
@@ -108,7 +113,7 @@ impl PartOfBranch {
             };
             end_before(from, first);
             end_before(to, last);
-            if branch.sides.iter().any(|sides| sides.node == node) {
+            if sides(branch, node).is_some() {
                 // A side belongs to the part that is on it.
                 let (before, after) = (s[node] > from + near, s[node] < to - near);
                 places.push((Local::at_node(branch, node, 0), inside && (before || !after)));
