@@ -29,7 +29,7 @@ fn main() {
         let mut both = Vec::new();
         for ((real, capabilities), structs) in PRECISIONS.iter().zip(&mut structs) {
             let mut text = format!("alias real = {real};\n");
-            import(&format!("stages/{name}.wgsl"), &mut BTreeSet::new(), &mut text);
+            import(&format!("stages/{name}.wgsl"), real, &mut BTreeSet::new(), &mut text);
             let module = check(name, real, &text, *capabilities);
             size = workgroup_size(name, &module);
             note_bindings(name, &module, &mut bindings);
@@ -47,15 +47,16 @@ fn main() {
     fs::write(path, out).expect("the output can be written");
 }
 
-/// Appends a file after its imports; each file once.
-fn import(path: &str, seen: &mut BTreeSet<String>, text: &mut String) {
+/// Appends a file after its imports; each file once. `{real}` in the name of an import is the precision.
+fn import(path: &str, real: &str, seen: &mut BTreeSet<String>, text: &mut String) {
     if !seen.insert(path.to_owned()) {
         return;
     }
     let content = fs::read_to_string(path).unwrap_or_else(|error| panic!("{path}: {error}"));
     let (imports, rest): (Vec<&str>, Vec<&str>) = content.lines().partition(|line| line.starts_with("#import "));
     for line in imports {
-        import(&format!("shared/{}.wgsl", line["#import ".len()..].trim()), seen, text);
+        let name = line["#import ".len()..].trim().replace("{real}", real);
+        import(&format!("shared/{name}.wgsl"), real, seen, text);
     }
     for line in rest.into_iter().filter(|line| !line.trim_start().starts_with("//")) {
         text.push_str(line);

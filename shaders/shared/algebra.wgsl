@@ -9,6 +9,11 @@ fn dot3(a: vec3<real>, b: vec3<real>) -> real {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+// Maximum that propagates NaN.
+fn larger(a: real, b: real) -> real {
+    return select(b, a, a >= b);
+}
+
 // a bᵀ
 fn outer(a: vec3<real>, b: vec3<real>) -> mat3x3<real> {
     return mat3x3<real>(a * b.x, a * b.y, a * b.z);

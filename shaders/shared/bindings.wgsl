@@ -10,7 +10,9 @@ struct Offsets {
     couplings: u32,
     springs: u32,
     holds: u32,
+    numbers: u32,
     chunks: u32,
+    totals: u32,
     kinds_program: u32,
     holds_program: u32,
     segments_program: u32,
@@ -34,8 +36,8 @@ struct Offsets {
     gradient_vectors: u32,
     energies_vectors: u32,
     partials_vectors: u32,
+    totals_vectors: u32,
     negatives_vectors: u32,
-    shape_vectors: u32,
 }
 
 // Items of a dispatch, for variants in the given phases; slot of the state, and start of the dispatch's table in the
@@ -88,12 +90,14 @@ struct Control {
 @group(0) @binding(0) var<uniform> offsets: Offsets;
 @group(0) @binding(1) var<uniform> range: Range;
 @group(0) @binding(2) var<storage, read> program: array<u32>;
-@group(0) @binding(3) var<storage, read> numbers: array<real>;
+@group(0) @binding(3) var<storage, read_write> numbers: array<real>;
 @group(0) @binding(4) var<storage, read_write> state: array<real>;
 @group(0) @binding(5) var<storage, read_write> parts: array<real>;
 @group(0) @binding(6) var<storage, read_write> blocks: array<real>;
 @group(0) @binding(7) var<storage, read_write> vectors: array<real>;
 @group(0) @binding(8) var<storage, read_write> control: array<Control>;
+// Uploaded and read back: here the numbers of a variant are together.
+@group(0) @binding(9) var<storage, read_write> transfer: array<real>;
 
 const NONE: u32 = 0xffffffffu;
 
@@ -163,6 +167,12 @@ fn compensation3(entry: u32, variant: u32) -> vec3<real> {
 
 fn set_state(entry: u32, variant: u32, x: real) {
     state[entry * offsets.variants + variant] = x;
+}
+
+fn set_state3(entry: u32, variant: u32, x: vec3<real>) {
+    set_state(entry, variant, x.x);
+    set_state(entry + 1u, variant, x.y);
+    set_state(entry + 2u, variant, x.z);
 }
 
 fn set_part(entry: u32, variant: u32, x: real) {
@@ -247,11 +257,16 @@ fn block33(b: u32, variant: u32) -> mat3x3<real> {
     );
 }
 
+fn set_block_column(entry: u32, variant: u32, x: vec3<real>) {
+    blocks[entry * offsets.variants + variant] = x.x;
+    blocks[(entry + 1u) * offsets.variants + variant] = x.y;
+    blocks[(entry + 2u) * offsets.variants + variant] = x.z;
+}
+
+// Without loops over components: a compiler that does not unroll them keeps the matrix in memory.
 fn set_block33(b: u32, variant: u32, m: mat3x3<real>) {
     let entry = 9u * b;
-    for (var i = 0u; i < 3u; i++) {
-        for (var k = 0u; k < 3u; k++) {
-            blocks[(entry + 3u * i + k) * offsets.variants + variant] = m[i][k];
-        }
-    }
+    set_block_column(entry, variant, m[0]);
+    set_block_column(entry + 3u, variant, m[1]);
+    set_block_column(entry + 6u, variant, m[2]);
 }

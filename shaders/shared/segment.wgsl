@@ -26,9 +26,9 @@ fn segment(k: u32, variant: u32) -> Segment {
     return Segment(number3(entry, variant), l.hi + l.lo, l, number(entry + 5u, variant));
 }
 
-fn segment_law(s: Segment, e: Sum, q: vec4<real>, opaque: bool) -> SegmentLaw {
+fn segment_law(s: Segment, e: Sum, q: vec4<real>, zero: u32) -> SegmentLaw {
     let r = rotation_matrix(q);
-    let gamma = strain(r, e, s.exact_l, q, opaque);
+    let gamma = strain(r, e, s.exact_l, q, zero);
     let v = vec3<real>(gamma.xy, gamma.z + real(1.0));
     let inverted = select(real(0.0), s.inversion_stiffness, v.z < real(0.0));
     let n = vec3<real>(s.c.x * gamma.x, s.c.y * gamma.y, s.c.z * gamma.z + inverted * v.z);

@@ -64,9 +64,9 @@ fn station(k: u32, end: u32, q: vec4<real>, trial: u32, variant: u32) -> Station
     );
 }
 
-fn station_law(s: StationSegment, e: Sum, q: vec4<real>, first: Station, second: Station, opaque: bool) -> StationLaw {
+fn station_law(s: StationSegment, e: Sum, q: vec4<real>, first: Station, second: Station, zero: u32) -> StationLaw {
     let r = rotation_matrix(q);
-    let straight = strain(r, e, s.exact_l, q, opaque);
+    let straight = strain(r, e, s.exact_l, q, zero);
     let v = vec3<real>(straight.xy, straight.z + real(1.0));
     let lack = first.lack + second.lack;
     let inverse = inverse33(identity(real(1.0)) - lack);

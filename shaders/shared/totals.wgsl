@@ -12,8 +12,8 @@ fn totals(variant: u32) -> Totals {
     var energy = real(0.0);
     var force = real(0.0);
     var moment = real(0.0);
-    for (var chunk = 0u; chunk < offsets.chunks; chunk++) {
-        let at = offsets.partials_vectors + 7u * chunk;
+    for (var k = 0u; k < offsets.totals; k++) {
+        let at = offsets.totals_vectors + 7u * k;
         energy += vector(at, variant);
         force = max(force, vector(at + 2u, variant));
         moment = max(moment, vector(at + 3u, variant));

@@ -201,6 +201,13 @@ pub enum Algorithm {
 }
 
 impl Harness {
+    /// Whether a hold is still to move.
+    pub fn moves(&self) -> bool {
+        /// Motion (m or rad) below which a hold is at rest.
+        const LEAST: f64 = 1e-14;
+        self.holds.iter().any(|hold| hold.motion.iter().any(|x| x.abs() > LEAST))
+    }
+
     /// The topology: equal for all harnesses that one plan serves.
     pub fn topology(&self) -> Topology {
         let station = |end: &End| [end.point, end.station.map_or(NONE, |station| station.frame)];

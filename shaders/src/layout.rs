@@ -19,8 +19,12 @@ pub struct Offsets {
     pub springs: u32,
     /// Number of variables that can be held.
     pub holds: u32,
-    /// Number of chunks of a sum.
+    /// Number of entries of `numbers`.
+    pub numbers: u32,
+    /// Number of chunks of a sum: each is summed up by one invocation.
     pub chunks: u32,
+    /// Number of sums of chunks, which one invocation sums up.
+    pub totals: u32,
     /// Type of each variable: 0 for a point, 1 for a frame.
     pub kinds_program: u32,
     /// Hold of each variable, or none.
@@ -67,10 +71,10 @@ pub struct Offsets {
     pub energies_vectors: u32,
     /// Partial sums of chunks.
     pub partials_vectors: u32,
+    /// Their sums.
+    pub totals_vectors: u32,
     /// Number of negative pivots of each task.
     pub negatives_vectors: u32,
-    /// Value and compensation of every variable, packed for read-back.
-    pub shape_vectors: u32,
 }
 
 /// Items of a dispatch: `first..first + count`, for all variants in the given phases.
@@ -171,7 +175,7 @@ pub struct Control<R> {
 
 impl Offsets {
     /// Its words, in order of declaration.
-    pub fn words(&self) -> [u32; 33] {
+    pub fn words(&self) -> [u32; 35] {
         [
             self.variants,
             self.variables,
@@ -180,7 +184,9 @@ impl Offsets {
             self.couplings,
             self.springs,
             self.holds,
+            self.numbers,
             self.chunks,
+            self.totals,
             self.kinds_program,
             self.holds_program,
             self.segments_program,
@@ -204,8 +210,8 @@ impl Offsets {
             self.gradient_vectors,
             self.energies_vectors,
             self.partials_vectors,
+            self.totals_vectors,
             self.negatives_vectors,
-            self.shape_vectors,
         ]
     }
 }
@@ -371,12 +377,13 @@ mod tests {
         for (real, control) in [control!(f32), control!(f64)].into_iter().enumerate() {
             assert_eq!(record(real, "Control").members, control);
             let offsets = offsets!(Offsets: variants variables segments station_segments couplings springs holds
-                chunks kinds_program holds_program segments_program station_segments_program couplings_program
+                numbers chunks totals kinds_program holds_program segments_program station_segments_program
+                couplings_program
                 springs_program
                 forces_program condensation_program variables_numbers holds_numbers
                 segments_numbers station_segments_numbers couplings_numbers springs_numbers segments_parts
                 station_segments_parts couplings_parts springs_parts step_vectors descent_vectors gradient_vectors
-                energies_vectors partials_vectors negatives_vectors shape_vectors);
+                energies_vectors partials_vectors totals_vectors negatives_vectors);
             assert_eq!(record(real, "Offsets").members, offsets);
             assert_eq!(record(real, "Range").members, offsets!(Range: first count phases slot table));
             assert_eq!(record(real, "Offsets").size as usize, size_of::<Offsets>());

@@ -35,11 +35,13 @@ pub enum Buffer {
     Vectors,
     /// Status of every variant.
     Control,
+    /// What is uploaded or read back, variant by variant.
+    Transfer,
 }
 
 impl Buffer {
     /// All buffers.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Offsets,
         Self::Program,
         Self::Numbers,
@@ -48,10 +50,8 @@ impl Buffer {
         Self::Blocks,
         Self::Vectors,
         Self::Control,
+        Self::Transfer,
     ];
-
-    /// Buffers that change between increments; the others depend on the plan only.
-    pub const CHANGING: [Self; 3] = [Self::Numbers, Self::State, Self::Control];
 
     /// The buffer of the binding of this name.
     pub fn named(name: &str) -> Option<Self> {
@@ -69,6 +69,7 @@ impl Buffer {
             Self::Blocks => "blocks",
             Self::Vectors => "vectors",
             Self::Control => "control",
+            Self::Transfer => "transfer",
         }
     }
 }
@@ -97,10 +98,9 @@ pub struct Memory {
     pub vectors: Vec<f64>,
     /// Status of every variant.
     pub control: Vec<Control<f64>>,
+    /// What is uploaded or read back, variant by variant; see [`pack`] and [`unpack_shape`].
+    pub transfer: Vec<f64>,
 }
-
-/// Motion (m or rad) below which a hold is at rest.
-const MIN_MOTION: f64 = 1e-14;
 
 /// Relative round-off of the energy, because such sums lose about two digits; and the number of consecutive steps
 /// allowed without further progress. In f64 there are digits left, so further steps may help; in f32 there are not.
@@ -119,12 +119,13 @@ impl Memory {
         Self {
             offsets: Offsets { variants: variants as u32, ..plan.offsets },
             program: plan.program.clone(),
-            numbers: zeros(plan.numbers),
+            numbers: zeros(plan.offsets.numbers),
             state: zeros(3 * sizes::STATE * plan.offsets.variables),
             parts: zeros(plan.parts),
             blocks: zeros(9 * plan.condensation.blocks_end),
             vectors: zeros(plan.vectors),
             control: vec![done; variants],
+            transfer: zeros(plan.upload_length()),
         }
     }
 
@@ -138,98 +139,30 @@ impl Memory {
     /// # Errors
     /// If the topology differs from that of the plan.
     pub fn set_harness(&mut self, plan: &Plan, variant: usize, harness: &Harness) -> Result<(), TopologyMismatch> {
-        let own = numbers(plan, harness)?;
-        self.scatter(variant, &[own], |memory| &mut memory.numbers);
-        Ok(())
+        let variants = self.variants();
+        let mut places = self.numbers[variant..].iter_mut().step_by(variants);
+        numbers(plan, harness, |numbers| numbers.iter().zip(&mut places).for_each(|(x, place)| *place = *x))
     }
 
     /// Writes the state of a variant.
     pub fn set_shape(&mut self, plan: &Plan, variant: usize, shape: &Shape) {
-        let own = offsets(plan, shape);
-        let first = self.state_entry(0, 0, variant) * self.variants();
-        self.scatter(variant, &[own], |memory| &mut memory.state[first..]);
-    }
-
-    /// Writes parameters and state of many variants: [`Self::set_harness`] and [`Self::set_shape`] for the k-th variant
-    /// from the k-th pair.
-    ///
-    /// # Errors
-    /// If a topology differs from that of the plan.
-    ///
-    /// # Panics
-    /// If there are more pairs than variants.
-    pub fn set_all(&mut self, plan: &Plan, all: &[(&Harness, &Shape)]) -> Result<(), TopologyMismatch> {
-        assert!(all.len() <= self.variants(), "no more than variants");
-        self.control[..all.len()].iter_mut().for_each(|control| control.current = 0);
-        for (first, some) in (0..).step_by(TILE).zip(all.chunks(TILE)) {
-            let own: Vec<Vec<f64>> =
-                some.iter().map(|(harness, _)| numbers(plan, harness)).collect::<Result<_, _>>()?;
-            self.scatter(first, &own, |memory| &mut memory.numbers);
-            let own: Vec<Vec<f64>> = some.iter().map(|(_, shape)| offsets(plan, shape)).collect();
-            self.scatter(first, &own, |memory| &mut memory.state);
-        }
-        Ok(())
-    }
-
-    /// Writes the entries of consecutive variants.
-    fn scatter(&mut self, first: usize, own: &[Vec<f64>], buffer: impl FnOnce(&mut Self) -> &mut [f64]) {
-        let variants = self.variants();
-        for (entry, row) in buffer(self).chunks_exact_mut(variants).take(own[0].len()).enumerate() {
-            for (x, own) in row[first..].iter_mut().zip(own) {
-                *x = own[entry];
-            }
-        }
-    }
-
-    /// The bytes of [`Buffer::Vectors`] to which [`Plan::pack_shape`] writes the states.
-    pub fn shape_bytes(&self, real: Real) -> std::ops::Range<usize> {
-        let entries = self.offsets.shape_vectors..self.offsets.shape_vectors + sizes::STATE * self.offsets.variables;
-        let size = self.variants() * real.bytes();
-        entries.start as usize * size..entries.end as usize * size
-    }
-
-    /// Reads the states of all variants from the bytes at [`Self::shape_bytes`]; call after [`Self::load`] of
-    /// [`Buffer::Control`].
-    ///
-    /// # Panics
-    /// If there are too few bytes.
-    pub fn load_shapes(&mut self, real: Real, bytes: &[u8]) {
-        let (variants, entries) = (self.variants(), sizes::STATE as usize * self.offsets.variables as usize);
-        let mut shapes = vec![0.0; entries * variants];
-        get(bytes, &mut shapes, real);
-        let firsts: Vec<usize> = (0..variants).map(|variant| self.state_entry(0, 0, variant)).collect();
-        for (entry, row) in shapes.chunks_exact(variants.max(1)).enumerate() {
-            for (variant, (x, first)) in row.iter().zip(&firsts).enumerate() {
-                self.state[(first + entry) * variants + variant] = *x;
-            }
+        let first = self.state_entry(0, 0, variant);
+        let state = plan.variables.iter().flat_map(|variable| offset(variable, shape));
+        for (entry, x) in state.enumerate() {
+            let at = self.at(first + entry, variant);
+            self.state[at] = x;
         }
     }
 
     /// State of a variant.
     pub fn shape(&self, plan: &Plan, variant: usize) -> Shape {
-        let zeros = vec![[0.0; 3]; plan.of_point.len()];
-        let mut shape =
-            Shape { points: zeros.clone(), compensation: zeros, frames: vec![[0.0; 4]; plan.of_frame.len()] };
-        for (k, variable) in plan.variables.iter().enumerate() {
-            let entry = self.state_entry(k, 0, variant);
-            match variable {
-                Variable::Point(i) => {
-                    shape.points[*i as usize] = self.value3(entry, variant).into();
-                    shape.compensation[*i as usize] = self.compensation3(entry, variant).into();
-                }
-                Variable::Frame(c) => shape.frames[*c as usize] = self.value4(entry, variant).coords.into(),
-            }
-        }
-        shape
+        let first = self.state_entry(0, 0, variant);
+        shape(plan, |entry| self.state[self.at(first + entry, variant)])
     }
 
-    /// Starts a variant. If its holds move, the first step includes the motion; otherwise held variables are set
-    /// directly.
-    pub fn begin(&mut self, variant: usize, stop: &Stop, real: Real) {
-        let moving = (0..self.offsets.holds as usize).any(|k| {
-            let entry = self.offsets.holds_numbers as usize + sizes::HOLD as usize * k + 17;
-            self.number3(entry, variant).amax() > MIN_MOTION
-        });
+    /// Starts a variant. If its holds move ([`Harness::moves`]), the first step includes the motion; otherwise held
+    /// variables are set directly.
+    pub fn begin(&mut self, variant: usize, stop: &Stop, real: Real, moving: bool) {
         let (noise, patience) = round_off(real);
         self.control[variant] = Control {
             force_scale: stop.force_scale,
@@ -270,6 +203,7 @@ impl Memory {
                     bytes.resize(bytes.len().next_multiple_of(real.bytes()), 0);
                 }
             }
+            Buffer::Transfer => put(&mut bytes, &self.transfer, real),
         }
         bytes
     }
@@ -280,7 +214,9 @@ impl Memory {
     /// If there are too few bytes.
     pub fn load(&mut self, buffer: Buffer, real: Real, bytes: &[u8]) {
         match buffer {
-            Buffer::Offsets | Buffer::Program | Buffer::Numbers => {}
+            Buffer::Offsets | Buffer::Program => {}
+            Buffer::Numbers => get(bytes, &mut self.numbers, real),
+            Buffer::Transfer => get(bytes, &mut self.transfer, real),
             Buffer::State => get(bytes, &mut self.state, real),
             Buffer::Parts => get(bytes, &mut self.parts, real),
             Buffer::Blocks => get(bytes, &mut self.blocks, real),
@@ -310,9 +246,7 @@ impl Memory {
                 for variant in 0..variants {
                     let own = entry * variants + variant;
                     let compensation = (entry + 4) * variants + variant;
-                    let rounded = f64::from(state[own] as f32);
-                    state[compensation] += state[own] - rounded;
-                    state[own] = rounded;
+                    (state[own], state[compensation]) = rounded(state[own], state[compensation]);
                 }
             }
         }
@@ -320,72 +254,125 @@ impl Memory {
     }
 }
 
-/// Number of variants that are packed together: a few cache lines.
-const TILE: usize = 32;
+/// Bytes to upload for a variant, of which [`Plan::unpack`] makes its numbers and its state.
+///
+/// # Errors
+/// If the topology differs from that of the plan.
+pub fn pack(plan: &Plan, harness: &Harness, shape: &Shape, real: Real) -> Result<Vec<u8>, TopologyMismatch> {
+    let mut bytes = Vec::with_capacity(plan.upload_length() as usize * real.bytes());
+    let mut put = |numbers: &[f64]| {
+        for x in numbers {
+            match real {
+                Real::F32 => bytes.extend_from_slice(&(*x as f32).to_le_bytes()),
+                Real::F64 => bytes.extend_from_slice(&x.to_le_bytes()),
+            }
+        }
+    };
+    numbers(plan, harness, &mut put)?;
+    for variable in &plan.variables {
+        let mut own = offset(variable, shape);
+        if real == Real::F32 && matches!(variable, Variable::Point(_)) {
+            (0..3).for_each(|k| (own[k], own[4 + k]) = rounded(own[k], own[4 + k]));
+        }
+        put(&own);
+    }
+    Ok(bytes)
+}
 
-/// Numbers of a harness, entry by entry.
-fn numbers(plan: &Plan, harness: &Harness) -> Result<Vec<f64>, TopologyMismatch> {
+/// The state of a variant from the bytes that [`Plan::pack_shape`] made of it.
+///
+/// # Panics
+/// If there are too few bytes.
+pub fn unpack_shape(plan: &Plan, bytes: &[u8], real: Real) -> Shape {
+    let mut state = vec![0.0; plan.shape_length() as usize];
+    get(bytes, &mut state, real);
+    shape(plan, |entry| state[entry])
+}
+
+/// A state whose values and compensations are these, entry by entry.
+fn shape(plan: &Plan, state: impl Fn(usize) -> f64) -> Shape {
+    let zeros = vec![[0.0; 3]; plan.of_point.len()];
+    let mut shape = Shape { points: zeros.clone(), compensation: zeros, frames: vec![[0.0; 4]; plan.of_frame.len()] };
+    for (k, variable) in plan.variables.iter().enumerate() {
+        let first = k * sizes::STATE as usize;
+        match variable {
+            Variable::Point(i) => {
+                shape.points[*i as usize] = [0, 1, 2].map(|k| state(first + k));
+                shape.compensation[*i as usize] = [4, 5, 6].map(|k| state(first + k));
+            }
+            Variable::Frame(c) => shape.frames[*c as usize] = [0, 1, 2, 3].map(|k| state(first + k)),
+        }
+    }
+    shape
+}
+
+/// A position and its compensation for f32: what the position cannot represent is moved to the compensation.
+fn rounded(x: f64, compensation: f64) -> (f64, f64) {
+    let rounded = f64::from(x as f32);
+    (rounded, compensation + (x - rounded))
+}
+
+/// Puts out the numbers of a harness, entry by entry.
+fn numbers(plan: &Plan, harness: &Harness, mut put: impl FnMut(&[f64])) -> Result<(), TopologyMismatch> {
     if harness.topology() != plan.topology {
         return Err(TopologyMismatch);
     }
-    let mut all = Vec::with_capacity(plan.numbers as usize);
     for variable in &plan.variables {
         let (dead, weight) = match variable {
             Variable::Point(i) => (harness.dead[*i as usize], 0.0),
             Variable::Frame(c) => ([0.0; 3], harness.weights[*c as usize]),
         };
-        all.extend(dead);
-        all.push(weight);
+        put(&dead);
+        put(&[weight]);
     }
     for hold in &harness.holds {
-        all.extend(hold.basis.as_flattened());
-        all.push(f64::from(hold.count));
+        put(hold.basis.as_flattened());
+        put(&[f64::from(hold.count)]);
         match hold.variable {
             Variable::Point(_) => {
                 let target = hold.target.map(split_f32);
-                all.extend(target.map(|[x, _]| x));
-                all.extend(target[..3].iter().map(|[_, rest]| rest));
+                put(&target.map(|[x, _]| x));
+                put(&[0, 1, 2].map(|k| target[k][1]));
             }
             Variable::Frame(_) => {
-                all.extend(hold.target);
-                all.extend([0.0; 3]);
+                put(&hold.target);
+                put(&[0.0; 3]);
             }
         }
-        all.extend(hold.motion);
+        put(&hold.motion);
     }
     for s in &harness.segments {
-        all.extend(s.stiffness);
+        put(&s.stiffness);
         let [length, rest] = split_f32(s.length);
-        all.extend([length, rest, s.inversion_stiffness]);
+        put(&[length, rest, s.inversion_stiffness]);
     }
     for s in &harness.station_segments {
-        all.extend(s.stiffness);
+        put(&s.stiffness);
         let [length, rest] = split_f32(s.length);
-        all.extend([length, rest, s.inversion_stiffness]);
+        put(&[length, rest, s.inversion_stiffness]);
         for end in &s.ends {
             let station = end.station;
-            all.extend(station.map_or([0.0; 4], |station| station.rest));
-            all.extend(station.map_or([0.0; 3], |station| station.offset));
-            all.push(station.map_or(0.0, |station| station.blend));
+            put(&station.map_or([0.0; 4], |station| station.rest));
+            put(&station.map_or([0.0; 3], |station| station.offset));
+            put(&[station.map_or(0.0, |station| station.blend)]);
         }
     }
     for c in &harness.couplings {
-        all.extend(c.stiffness);
-        all.push(c.length);
-        all.extend(c.rest_curvature);
-        all.extend(c.a.rest);
-        all.extend(c.b.rest);
+        put(&c.stiffness);
+        put(&[c.length]);
+        put(&c.rest_curvature);
+        put(&c.a.rest);
+        put(&c.b.rest);
     }
     for s in &harness.springs {
-        all.extend(s.rest);
-        all.extend(s.offset);
-        all.extend([s.stiffness, s.tangent_stiffness, s.frame_stiffness]);
-        all.extend(s.position);
-        all.extend(s.orientation);
-        all.extend(s.force);
+        put(&s.rest);
+        put(&s.offset);
+        put(&[s.stiffness, s.tangent_stiffness, s.frame_stiffness]);
+        put(&s.position);
+        put(&s.orientation);
+        put(&s.force);
     }
-    debug_assert_eq!(all.len(), plan.numbers as usize);
-    Ok(all)
+    Ok(())
 }
 
 /// Splits a number into its f32 part and the rest: exact in f64, and twice the digits in f32.
@@ -394,23 +381,18 @@ fn split_f32(x: f64) -> [f64; 2] {
     [held, x - held]
 }
 
-/// Value and compensation of every variable, entry by entry.
-fn offsets(plan: &Plan, shape: &Shape) -> Vec<f64> {
-    let mut all = Vec::with_capacity(sizes::STATE as usize * plan.len());
-    for variable in &plan.variables {
-        match variable {
-            Variable::Point(i) => {
-                all.extend(shape.points[*i as usize]);
-                all.push(0.0);
-                all.extend(shape.compensation[*i as usize]);
-            }
-            Variable::Frame(c) => {
-                all.extend(shape.frames[*c as usize]);
-                all.extend([0.0; 3]);
-            }
+/// Value and compensation of a variable.
+fn offset(variable: &Variable, shape: &Shape) -> [f64; sizes::STATE as usize] {
+    match variable {
+        Variable::Point(i) => {
+            let ([x, y, z], [dx, dy, dz]) = (shape.points[*i as usize], shape.compensation[*i as usize]);
+            [x, y, z, 0.0, dx, dy, dz]
+        }
+        Variable::Frame(c) => {
+            let [x, y, z, w] = shape.frames[*c as usize];
+            [x, y, z, w, 0.0, 0.0, 0.0]
         }
     }
-    all
 }
 
 fn put(bytes: &mut Vec<u8>, numbers: &[f64], real: Real) {
@@ -453,29 +435,9 @@ impl Memory {
         entry * self.control.len() + variant
     }
 
-    pub(crate) fn number(&self, entry: usize, variant: usize) -> f64 {
-        self.numbers[self.at(entry, variant)]
-    }
-
-    pub(crate) fn number3(&self, entry: usize, variant: usize) -> Vector {
-        Vector::from_fn(|i, _| self.number(entry + i, variant))
-    }
-
     pub(crate) fn state_entry(&self, variable: usize, slot: u32, variant: usize) -> usize {
         let own = (self.control[variant].current + slot) % 3;
         (own as usize * self.offsets.variables as usize + variable) * sizes::STATE as usize
-    }
-
-    pub(crate) fn value3(&self, entry: usize, variant: usize) -> Vector {
-        Vector::from_fn(|i, _| self.state[self.at(entry + i, variant)])
-    }
-
-    pub(crate) fn value4(&self, entry: usize, variant: usize) -> Rotation {
-        Quaternion::from([0, 1, 2, 3].map(|i| self.state[self.at(entry + i, variant)]))
-    }
-
-    pub(crate) fn compensation3(&self, entry: usize, variant: usize) -> Vector {
-        self.value3(entry + 4, variant)
     }
 }
 

@@ -79,8 +79,6 @@ pub struct Plan {
     pub program: Vec<u32>,
     /// Sizes and offsets, for one variant.
     pub offsets: Offsets,
-    /// Number of entries of `numbers`.
-    pub numbers: u32,
     /// Number of entries of `parts`.
     pub parts: u32,
     /// Number of entries of `vectors`.
@@ -129,7 +127,6 @@ impl Plan {
             tables: Default::default(),
             program: Vec::new(),
             offsets: Offsets::default(),
-            numbers: 0,
             parts: 0,
             vectors: 0,
             sources_of_forces: 0,
@@ -147,12 +144,26 @@ impl Plan {
         &self.cycle
     }
 
-    /// The dispatch before a read-back, which packs the states of all variants; see
-    /// [`crate::memory::Memory::load_shapes`].
+    /// The dispatch after an upload, which distributes what [`crate::memory::pack`] gives of every variant that begins.
+    pub fn unpack(&self) -> Dispatch {
+        let phases = (1 << Phase::Done as u32) - 1;
+        Dispatch { stage: Stage::Unpack, range: Range { count: self.upload_length(), phases, ..Range::default() } }
+    }
+
+    /// The dispatch before a read-back, which packs the states of all variants for [`crate::memory::unpack_shape`].
     pub fn pack_shape(&self) -> Dispatch {
         let phases = (1 << (Phase::Done as u32 + 1)) - 1;
-        let range = Range { count: self.offsets.variables, phases, ..Range::default() };
-        Dispatch { stage: Stage::PackShape, range }
+        Dispatch { stage: Stage::PackShape, range: Range { count: self.shape_length(), phases, ..Range::default() } }
+    }
+
+    /// Count of the numbers of a variant that are uploaded.
+    pub fn upload_length(&self) -> u32 {
+        self.offsets.numbers + self.shape_length()
+    }
+
+    /// Count of the numbers of a variant's state.
+    pub fn shape_length(&self) -> u32 {
+        sizes::STATE * self.offsets.variables
     }
 
     /// Number of variables.
@@ -189,8 +200,9 @@ impl Plan {
         p.springs = topology.springs.len() as u32;
         p.holds = topology.holds.len() as u32;
         let count = p.segments + p.station_segments + p.couplings + p.springs;
-        // As many chunks as items per chunk: this minimises the sequential length of sums.
-        p.chunks = p.variables.max(count).isqrt().max(1);
+        // Sums in three steps of the same sequential length: items of a chunk, chunks of a total, totals.
+        p.totals = f64::from(p.variables.max(count)).cbrt().ceil().max(1.0) as u32;
+        p.chunks = p.totals * p.totals;
         let mut numbers = 0;
         for (place, count, size) in [
             (&mut p.variables_numbers, p.variables, sizes::VARIABLE),
@@ -220,14 +232,15 @@ impl Plan {
             (&mut p.gradient_vectors, 9 * p.variables),
             (&mut p.energies_vectors, count),
             (&mut p.partials_vectors, sizes::PARTIAL * p.chunks),
+            (&mut p.totals_vectors, sizes::PARTIAL * p.totals),
             (&mut p.negatives_vectors, self.elimination.tasks.len().max(self.condensation.tasks.len()) as u32),
-            (&mut p.shape_vectors, sizes::STATE * p.variables),
         ] {
             *place = vectors;
             vectors += size;
         }
         assert!(parts < TRANSPOSED, "a harness with more than 2^30 derivatives");
-        (self.numbers, self.parts, self.vectors) = (numbers, parts, vectors);
+        p.numbers = numbers;
+        (self.parts, self.vectors) = (parts, vectors);
     }
 
     fn write_program(&mut self) {
@@ -379,6 +392,7 @@ impl Plan {
         cycle.add(Stage::LoadGradient, p.variables, &[Descend]).table = all.right_hand_side;
         cycle.solve(&self.elimination, all, &[Solve, Descend]);
         cycle.add(Stage::SumStep, p.chunks, &[Solve, Descend]);
+        cycle.add(Stage::SumPartials, p.totals, &[Solve, Descend]);
         cycle.add(Stage::BeginLineSearch, 1, &[Solve, Descend]);
         cycle.add(Stage::CombineDirections, p.variables, &[Combine]);
         cycle.add(Stage::Retract, p.variables, &[Combine, Search]);
@@ -449,6 +463,7 @@ impl Cycle {
             (Stage::EvaluateSprings, p.springs),
             (Stage::AssembleGradient, p.variables),
             (Stage::SumState, p.chunks),
+            (Stage::SumPartials, p.totals),
         ] {
             self.add(stage, count, phases).slot = slot;
         }

@@ -20,8 +20,8 @@ fn main(
     var before = real(0.0);
     var last = real(0.0);
     var turn = real(0.0);
-    for (var chunk = 0u; chunk < offsets.chunks; chunk++) {
-        let at = offsets.partials_vectors + 7u * chunk;
+    for (var k = 0u; k < offsets.totals; k++) {
+        let at = offsets.totals_vectors + 7u * k;
         slope += vector(at + 1u, variant);
         turn = max(turn, vector(at + 4u, variant));
         before += vector(at + 5u, variant);

@@ -28,5 +28,5 @@ fn main(
     if held != NONE {
         step = hold_basis(held, variant) * step;
     }
-    set_point(to, variant, two_sum(value3(at, variant), compensation3(at, variant), step, opaque_true(variant)));
+    set_point(to, variant, two_sum(value3(at, variant), compensation3(at, variant), step, unknown_zero(variant)));
 }

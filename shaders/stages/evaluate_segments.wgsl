@@ -18,8 +18,8 @@ fn main(
     let a = state_entry(program[links], range.slot, variant);
     let b = state_entry(program[links + 1u], range.slot, variant);
     let f = state_entry(program[links + 2u], range.slot, variant);
-    let opaque = opaque_true(variant);
-    let law = segment_law(s, edge(a, b, variant, opaque), value4(f, variant), opaque);
+    let zero = unknown_zero(variant);
+    let law = segment_law(s, edge(a, b, variant, zero), value4(f, variant), zero);
     let entry = offsets.segments_parts + 33u * k;
     set_vector(offsets.energies_vectors + k, variant, segment_energy(law, s.l));
     set_part3(entry, variant, law.r * law.n);

@@ -22,10 +22,10 @@ fn main(
     let q = value4(state_entry(f, range.slot, variant), variant);
     let first = station(k, 0u, q, range.slot, variant);
     let second = station(k, 1u, q, range.slot, variant);
-    let opaque = opaque_true(variant);
-    let nodes = edge(state_entry(a, range.slot, variant), state_entry(b, range.slot, variant), variant, opaque);
-    let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, opaque);
-    let law = station_law(s, e, q, first, second, opaque);
+    let zero = unknown_zero(variant);
+    let nodes = edge(state_entry(a, range.slot, variant), state_entry(b, range.slot, variant), variant, zero);
+    let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, zero);
+    let law = station_law(s, e, q, first, second, zero);
     let p = conjugate_force(law);
     let force = law.r * p;
     let turned = (station_turn(first) + station_turn(second)) * law.u;

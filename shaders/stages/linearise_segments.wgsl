@@ -20,9 +20,9 @@ fn main(
     let a = program[links];
     let b = program[links + 1u];
     let f = program[links + 2u];
-    let opaque = opaque_true(variant);
-    let e = edge(state_entry(a, CURRENT, variant), state_entry(b, CURRENT, variant), variant, opaque);
-    let law = segment_law(s, e, value4(state_entry(f, CURRENT, variant), variant), opaque);
+    let zero = unknown_zero(variant);
+    let e = edge(state_entry(a, CURRENT, variant), state_entry(b, CURRENT, variant), variant, zero);
+    let law = segment_law(s, e, value4(state_entry(f, CURRENT, variant), variant), zero);
     let c = diagonal(law.c);
     let rt = transpose(law.r);
     let vt = skew(-law.v);

@@ -22,10 +22,10 @@ fn main(
     let q = value4(state_entry(f, CURRENT, variant), variant);
     let first = station(k, 0u, q, CURRENT, variant);
     let second = station(k, 1u, q, CURRENT, variant);
-    let opaque = opaque_true(variant);
-    let nodes = edge(state_entry(a, CURRENT, variant), state_entry(b, CURRENT, variant), variant, opaque);
-    let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, opaque);
-    let law = station_law(s, e, q, first, second, opaque);
+    let zero = unknown_zero(variant);
+    let nodes = edge(state_entry(a, CURRENT, variant), state_entry(b, CURRENT, variant), variant, zero);
+    let e = two_sum(nodes.sum, nodes.error, second.r * second.offset - first.r * first.offset, zero);
+    let law = station_law(s, e, q, first, second, zero);
     let v = law.v;
     let u = law.u;
     let p = conjugate_force(law);

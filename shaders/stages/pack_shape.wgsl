@@ -1,6 +1,6 @@
 #import bindings
 
-// Packs the states of all variants for read-back, whichever third of the buffer is current.
+// Collects the current state of a variant for read-back.
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -13,8 +13,6 @@ fn main(
     }
     let k = it.index;
     let variant = it.variant;
-    let at = state_entry(k, CURRENT, variant);
-    for (var i = 0u; i < 7u; i++) {
-        set_vector(offsets.shape_vectors + 7u * k + i, variant, state_at(at + i, variant));
-    }
+    let x = state_at(state_entry(0u, CURRENT, variant) + k, variant);
+    transfer[variant * 7u * offsets.variables + k] = x;
 }

@@ -45,16 +45,16 @@ fn main(
         set_state(to + 3u, variant, q.w);
         return;
     }
-    let opaque = opaque_true(variant);
-    var moved = two_sum(value3(at, variant), compensation3(at, variant), step, opaque);
+    let zero = unknown_zero(variant);
+    var moved = two_sum(value3(at, variant), compensation3(at, variant), step, zero);
     if count > real(2.5) {
-        let zero = vec3<real>(real(0.0), real(0.0), real(0.0));
-        moved = two_sum(number3(held + 10u, variant), number3(held + 14u, variant), zero, opaque);
+        let none = vec3<real>(real(0.0), real(0.0), real(0.0));
+        moved = two_sum(number3(held + 10u, variant), number3(held + 14u, variant), none, zero);
     } else if count > real(0.5) {
         let basis = hold_basis(held, variant);
         let one = vec3<real>(real(1.0), real(1.0), real(1.0));
         let gap = ((number3(held + 10u, variant) - moved.sum) + (number3(held + 14u, variant) - moved.error)) * basis;
-        moved = two_sum(moved.sum, moved.error, basis * (gap * (one - free_directions(held, variant))), opaque);
+        moved = two_sum(moved.sum, moved.error, basis * (gap * (one - free_directions(held, variant))), zero);
     }
     set_point(to, variant, moved);
 }

@@ -1,11 +1,6 @@
 #import algebra
 #import bindings
 
-// Maximum that propagates NaN.
-fn larger(a: real, b: real) -> real {
-    return select(b, a, a >= b);
-}
-
 // Sums over a chunk of a slot of the state: its energy, and its largest free force and moment (squared).
 @compute @workgroup_size(64)
 fn main(

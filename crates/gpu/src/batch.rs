@@ -7,12 +7,12 @@
 
 use crate::device::Gpu;
 use crate::session::{Session, TooLarge};
-use std::collections::BTreeMap;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::mpsc::{self, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use wireloom_core::Monitor;
 use wireloom_shaders::Real;
-use wireloom_shaders::harness::{Harness, Shape, Stop};
+use wireloom_shaders::harness::{Stop, Topology};
 use wireloom_shaders::layout::{Control, Phase};
 use wireloom_shaders::memory::Memory;
 use wireloom_shaders::plan::Plan;
@@ -25,8 +25,10 @@ const MOST_CYCLES: usize = 64;
 const SUBMISSION: Duration = Duration::from_millis(500);
 /// Cycles submitted in addition to those needed the last time.
 const SPARE_CYCLES: usize = 2;
-/// Number of cached plans: a harness, its coarse mesh, and earlier ones.
-const PLANS: usize = 4;
+/// Number of cached plans: a harness, its coarse mesh, and those of neighbours whose stations are at other nodes.
+const PLANS: usize = 32;
+/// Number of these whose buffers stay on the device.
+const PREPARED_PLANS: usize = 4;
 /// Largest number of variants of a plan; more are split into several submissions.
 const MOST_VARIANTS: usize = 4096;
 
@@ -34,10 +36,12 @@ const MOST_VARIANTS: usize = 4096;
 pub struct Job {
     /// Precision on the device.
     pub real: Real,
-    /// The harness under its conditions.
-    pub harness: Harness,
-    /// Its initial state.
-    pub shape: Shape,
+    /// The plan of its topology, from [`Batch::plan`].
+    pub plan: Arc<Plan>,
+    /// Whether its holds move; see [`wireloom_shaders::harness::Harness::moves`].
+    pub moves: bool,
+    /// Its conditions and its initial state, from [`wireloom_shaders::memory::pack`].
+    pub packed: Vec<u8>,
     /// Its stop criteria.
     pub stop: Stop,
     /// Stops the computation on request.
@@ -49,16 +53,17 @@ pub struct Job {
 pub struct Solution {
     /// Outcome and work.
     pub control: Control<f64>,
-    /// The final state.
-    pub shape: Shape,
+    /// The final state, for [`wireloom_shaders::memory::unpack_shape`].
+    pub state: Vec<u8>,
 }
 
 /// Collects jobs of several threads; see the module.
 pub struct Batch {
     /// Largest number of variables that one invocation eliminates in sequence.
     leaf: usize,
+    /// Plans of the last topologies, the newest last.
+    plans: Mutex<Vec<Arc<Plan>>>,
     queue: Mutex<Queue>,
-    changed: Condvar,
 }
 
 /// Membership of a thread, for which the others wait until it is dropped.
@@ -66,26 +71,57 @@ pub struct Member<'b>(&'b Batch);
 
 impl Drop for Member<'_> {
     fn drop(&mut self) {
-        self.0.lock().members -= 1;
-        self.0.changed.notify_all();
+        let mut queue = self.0.lock();
+        queue.members -= 1;
+        queue.find_leader();
     }
 }
 
 #[derive(Default)]
 struct Queue {
     members: usize,
-    waiting: Vec<(u64, Job)>,
-    found: BTreeMap<u64, Result<Solution, String>>,
-    next_ticket: u64,
-    /// Whether a thread is using the device.
+    waiting: Vec<Waiting>,
+    /// Whether a thread is using the device, or was told to.
     busy: bool,
-    plans: Vec<PreparedPlan>,
+    prepared: Vec<PreparedPlan>,
+}
+
+/// A job, and how its thread is told.
+struct Waiting {
+    job: Job,
+    tell: Sender<Told>,
+}
+
+/// What a waiting thread is told. Each thread has its own channel: with thousands of them it takes longer to wake all
+/// for each to look whether it is meant than to compute.
+enum Told {
+    /// Its job is done, or the device failed.
+    Found(Box<Result<Solution, String>>),
+    /// It is to submit all jobs that wait.
+    Lead,
+}
+
+impl Queue {
+    /// Whether all members wait and the device is free; if so, it is taken.
+    fn take_device(&mut self) -> bool {
+        let ready = !self.busy && !self.waiting.is_empty() && self.waiting.len() >= self.members;
+        self.busy |= ready;
+        ready
+    }
+
+    /// Tells a waiting thread to submit all jobs, if it is time.
+    fn find_leader(&mut self) {
+        if self.take_device() {
+            // It waits for the answer to its own job.
+            let _ = self.waiting[0].tell.send(Told::Lead);
+        }
+    }
 }
 
 /// A plan with buffers on the device for a number of variants.
 struct PreparedPlan {
     real: Real,
-    plan: Plan,
+    plan: Arc<Plan>,
     memory: Memory,
     session: Session,
     /// Number of cycles of the next submission.
@@ -96,7 +132,7 @@ impl Batch {
     /// `leaf`: the largest number of variables that an invocation eliminates in sequence: few for single harnesses,
     /// unlimited for thousands.
     pub fn new(leaf: usize) -> Self {
-        Self { leaf, queue: Mutex::default(), changed: Condvar::new() }
+        Self { leaf, plans: Mutex::default(), queue: Mutex::default() }
     }
 
     /// Adds this thread as a member; it must pass jobs, or drop the membership.
@@ -110,115 +146,128 @@ impl Batch {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The plan of a topology. It is the same one until [`PLANS`] others were asked for.
+    pub fn plan(&self, topology: Topology) -> Arc<Plan> {
+        // Made under the lock: all members ask at once, and one of them makes it.
+        let mut plans = self.plans.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = plans.iter().position(|plan| plan.topology == topology);
+        let plan = known.map_or_else(|| Arc::new(Plan::new(topology, self.leaf)), |known| plans.remove(known));
+        plans.push(Arc::clone(&plan));
+        let old = plans.len().saturating_sub(PLANS);
+        plans.drain(..old);
+        plan
+    }
+
     /// Minimises a harness, together with those of all members.
     ///
     /// # Errors
     /// The failure of the device.
     pub fn descend(&self, gpu: &Gpu, job: Job) -> Result<Solution, String> {
-        let mut queue = self.lock();
-        let ticket = queue.next_ticket;
-        queue.next_ticket += 1;
-        queue.waiting.push((ticket, job));
+        let (tell, told) = mpsc::channel();
+        let mut leads = {
+            let mut queue = self.lock();
+            queue.waiting.push(Waiting { job, tell });
+            queue.take_device()
+        };
         loop {
-            if let Some(found) = queue.found.remove(&ticket) {
-                return found;
+            if leads {
+                self.submit(gpu);
             }
-            if queue.busy || queue.waiting.is_empty() || queue.waiting.len() < queue.members {
-                queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
-                continue;
+            match told.recv() {
+                Ok(Told::Found(found)) => return *found,
+                Ok(Told::Lead) => leads = true,
+                Err(_) => return Err("the thread that submitted the harnesses has ended".to_owned()),
             }
-            queue.busy = true;
-            let (mut jobs, mut plans) = (std::mem::take(&mut queue.waiting), std::mem::take(&mut queue.plans));
-            drop(queue);
-            let mut found = Vec::new();
-            while !jobs.is_empty() {
-                self.minimise_same_plan(gpu, &mut jobs, &mut plans, &mut found);
-            }
-            plans.drain(..plans.len().saturating_sub(PLANS));
-            queue = self.lock();
-            queue.found.extend(found);
-            (queue.plans, queue.busy) = (plans, false);
-            self.changed.notify_all();
         }
     }
 
-    /// Minimises all jobs with topology and precision of the first one, and removes them from the list.
-    fn minimise_same_plan(
-        &self,
-        gpu: &Gpu,
-        jobs: &mut Vec<(u64, Job)>,
-        plans: &mut Vec<PreparedPlan>,
-        found: &mut Vec<(u64, Result<Solution, String>)>,
-    ) {
-        let (real, topology) = (jobs[0].1.real, jobs[0].1.harness.topology());
-        let alike: Vec<bool> =
-            jobs.iter().map(|(_, job)| job.real == real && job.harness.topology() == topology).collect();
-        let mut own = Vec::new();
-        let mut others = Vec::new();
-        for (job, alike) in jobs.drain(..).zip(alike) {
-            if alike && own.len() < MOST_VARIANTS { own.push(job) } else { others.push(job) }
-        }
-        *jobs = others;
-        let known = plans.iter().position(|known| known.real == real && known.plan.topology == topology);
-        let mut prepared = match known.map(|k| plans.remove(k)) {
-            Some(known) if known.memory.variants() >= own.len() => known,
-            known => {
-                let plan = known.map_or_else(|| Plan::new(topology, self.leaf), |known| known.plan);
-                match PreparedPlan::new(gpu, real, plan, own.len()) {
-                    Ok(prepared) => prepared,
-                    Err(error) => {
-                        found.extend(own.into_iter().map(|(ticket, _)| (ticket, Err(error.to_string()))));
-                        return;
-                    }
-                }
-            }
+    /// Minimises all jobs that wait, and tells their threads.
+    fn submit(&self, gpu: &Gpu) {
+        let (mut jobs, mut prepared) = {
+            let mut queue = self.lock();
+            (std::mem::take(&mut queue.waiting), std::mem::take(&mut queue.prepared))
         };
-        found.extend(prepared.descend(gpu, own));
-        plans.push(prepared);
+        while !jobs.is_empty() {
+            minimise_same_plan(gpu, &mut jobs, &mut prepared);
+        }
+        prepared.drain(..prepared.len().saturating_sub(PREPARED_PLANS));
+        let mut queue = self.lock();
+        (queue.prepared, queue.busy) = (prepared, false);
+        queue.find_leader();
+    }
+}
+
+/// Minimises all jobs with plan and precision of the first one, removes them from the list, and tells their threads.
+fn minimise_same_plan(gpu: &Gpu, jobs: &mut Vec<Waiting>, prepared: &mut Vec<PreparedPlan>) {
+    let (real, plan) = (jobs[0].job.real, Arc::clone(&jobs[0].job.plan));
+    let (mut own, mut others) = (Vec::new(), Vec::new());
+    for waiting in jobs.drain(..) {
+        let job = &waiting.job;
+        let alike = job.real == real && Arc::ptr_eq(&job.plan, &plan) && own.len() < MOST_VARIANTS;
+        if alike { own.push(waiting) } else { others.push(waiting) }
+    }
+    *jobs = others;
+    let known = prepared.iter().position(|known| known.real == real && Arc::ptr_eq(&known.plan, &plan));
+    let ready = match known.map(|k| prepared.remove(k)) {
+        Some(known) if known.memory.variants() >= own.len() => Ok(known),
+        _ => PreparedPlan::new(gpu, real, plan, own.len()),
+    };
+    let found = match ready {
+        Ok(mut ready) => {
+            let jobs: Vec<&Job> = own.iter().map(|waiting| &waiting.job).collect();
+            let found = ready.descend(gpu, &jobs);
+            prepared.push(ready);
+            found
+        }
+        Err(error) => Err(error.to_string()),
+    };
+    match found {
+        Ok(solutions) => own.iter().zip(solutions).for_each(|(own, solution)| own.tell(Ok(solution))),
+        Err(failure) => own.iter().for_each(|own| own.tell(Err(failure.clone()))),
+    }
+}
+
+impl Waiting {
+    fn tell(&self, found: Result<Solution, String>) {
+        // It waits.
+        let _ = self.tell.send(Told::Found(Box::new(found)));
     }
 }
 
 impl PreparedPlan {
     /// Rounds the number of variants up, so that buffers are rarely reallocated.
-    fn new(gpu: &Gpu, real: Real, plan: Plan, variants: usize) -> Result<Self, TooLarge> {
+    fn new(gpu: &Gpu, real: Real, plan: Arc<Plan>, variants: usize) -> Result<Self, TooLarge> {
         let memory = Memory::new(&plan, variants.next_power_of_two());
         let session = Session::new(gpu, real, &plan, &memory)?;
         Ok(Self { real, plan, memory, session, cycles: FIRST_CYCLES })
     }
 
-    fn descend(&mut self, gpu: &Gpu, jobs: Vec<(u64, Job)>) -> Vec<(u64, Result<Solution, String>)> {
-        for control in &mut self.memory.control {
-            control.phase = Phase::Done as u32;
+    fn descend(&mut self, gpu: &Gpu, jobs: &[&Job]) -> Result<Vec<Solution>, String> {
+        let done = Control { phase: Phase::Done as u32, ..Control::default() };
+        self.memory.control.fill(done);
+        for (variant, job) in jobs.iter().enumerate() {
+            self.memory.begin(variant, &job.stop, self.real, job.moves);
         }
-        let harnesses: Vec<_> = jobs.iter().map(|(_, job)| (&job.harness, &job.shape)).collect();
-        self.memory.set_all(&self.plan, &harnesses).expect("all have the links of the plan");
-        for (variant, (_, job)) in jobs.iter().enumerate() {
-            self.memory.begin(variant, &job.stop, self.real);
-        }
-        self.session.upload(gpu, &self.memory);
+        let packed: Vec<&[u8]> = jobs.iter().map(|job| job.packed.as_slice()).collect();
+        let uploaded = self.session.upload(gpu, &self.memory, &packed);
         let mut cycles = self.cycles;
-        let most = loop {
+        let (most, states) = loop {
             let clock = Instant::now();
-            if !self.session.run(gpu, cycles, &mut self.memory) {
-                let failure = gpu.failure().unwrap_or_default();
-                return jobs.into_iter().map(|(ticket, _)| (ticket, Err(failure.clone()))).collect();
-            }
+            let run = || self.session.run(gpu, cycles, &mut self.memory, jobs.len());
+            let states = uploaded.then(run).flatten().ok_or_else(|| gpu.failure().unwrap_or_default())?;
             let each = clock.elapsed().as_secs_f64() / cycles as f64;
             let most = ((SUBMISSION.as_secs_f64() / each) as usize).clamp(1, MOST_CYCLES);
             // A stopped job returns its current state.
-            let stopped = jobs.iter().all(|(_, job)| job.monitor.is_stopped());
+            let stopped = jobs.iter().all(|job| job.monitor.is_stopped());
             if stopped || self.memory.control.iter().all(|control| control.phase == Phase::Done as u32) {
-                break most;
+                break (most, states);
             }
             cycles = (2 * cycles).min(most);
         };
         let needed = self.memory.control[..jobs.len()].iter().map(|control| control.cycles as usize).max();
         self.cycles = (needed.unwrap_or_default() + SPARE_CYCLES).clamp(FIRST_CYCLES / 2, MOST_CYCLES).min(most);
-        let found = |(variant, (ticket, _)): (usize, (u64, Job))| {
-            let control = self.memory.control[variant];
-            (ticket, Ok(Solution { control, shape: self.memory.shape(&self.plan, variant) }))
-        };
-        jobs.into_iter().enumerate().map(found).collect()
+        let solutions = self.memory.control.iter().zip(states).map(|(&control, state)| Solution { control, state });
+        Ok(solutions.collect())
     }
 }
 

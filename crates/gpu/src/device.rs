@@ -121,7 +121,7 @@ impl Gpu {
         }
         let descriptor = DeviceDescriptor {
             label: Some("wireloom"),
-            required_features: adapter.features() & Features::SHADER_F64,
+            required_features: adapter.features() & (Features::SHADER_F64 | Features::TIMESTAMP_QUERY),
             required_limits: limits,
             memory_hints: MemoryHints::Performance,
             ..DeviceDescriptor::default()

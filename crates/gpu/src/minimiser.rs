@@ -17,6 +17,7 @@ use wireloom_core::{Network, Problem, State, Tangent};
 use wireloom_shaders::Real;
 use wireloom_shaders::harness::{self, Algorithm};
 use wireloom_shaders::layout::Outcome;
+use wireloom_shaders::memory;
 
 /// Largest number of variables that an invocation eliminates in sequence, if one harness is to use the whole device.
 const LEAF: usize = 8;
@@ -175,10 +176,14 @@ impl GpuMinimiser {
             (Real::F32, Some(_)) => stop.force_tolerance.max(SINGLE_TOLERANCE),
             _ => stop.force_tolerance,
         };
+        let harness = ws.flattening.harness(problem, state);
+        let plan = self.batch.plan(harness.topology());
+        let packed = memory::pack(&plan, &harness, &ws.flattening.shape(state), self.real);
         let job = Job {
             real: self.real,
-            harness: ws.flattening.harness(problem, state),
-            shape: ws.flattening.shape(state),
+            plan: Arc::clone(&plan),
+            moves: harness.moves(),
+            packed: packed.expect("the plan is that of its topology"),
             stop: harness::Stop {
                 force_scale: scales.force,
                 moment_scale: scales.moment,
@@ -189,8 +194,8 @@ impl GpuMinimiser {
             },
             monitor: problem.monitor.clone(),
         };
-        let Solution { control, shape } = self.batch.descend(&self.gpu, job)?;
-        ws.flattening.write_back(&shape, network, state);
+        let Solution { control, state: found } = self.batch.descend(&self.gpu, job)?;
+        ws.flattening.write_back(&memory::unpack_shape(&plan, &found, self.real), network, state);
         problem.update_held(state);
         problem.place_held(state);
         problem.gradient(state, &mut ws.gradient);

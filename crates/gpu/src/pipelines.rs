@@ -1,5 +1,6 @@
 //! Compute pipelines of a device: every stage, compiled once and kept between sessions.
 
+use rayon::prelude::*;
 use std::sync::OnceLock;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType, ComputePipeline,
@@ -54,7 +55,8 @@ impl Pipelines {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let stages = Stage::ALL.iter().map(|stage| {
+        // Drivers compile them in a second or two, one after the other.
+        let stages = Stage::ALL.par_iter().map(|stage| {
             let module = device.create_shader_module(ShaderModuleDescriptor {
                 label: Some(stage.name()),
                 source: ShaderSource::Wgsl(stage.text(real).into()),

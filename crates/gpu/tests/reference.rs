@@ -73,7 +73,7 @@ impl Minimiser for ReferenceMinimiser {
             max_iterations: stop.max_iterations as u32,
             algorithm: self.algorithm,
         };
-        memory.begin(0, &own, Real::F64);
+        memory.begin(0, &own, Real::F64, harness.moves());
         reference::descend(&mut memory, &plan, 5000);
         flattening.write_back(&memory.shape(&plan, 0), problem.network, state);
         problem.place_held(state);
@@ -151,7 +151,7 @@ fn the_reference_computes_what_the_problem_does() {
                 max_iterations: 9,
                 algorithm: Algorithm::Newton,
             };
-            memory.begin(0, &stop, Real::F64);
+            memory.begin(0, &stop, Real::F64, harness.moves());
             for dispatch in plan.cycle() {
                 reference::run(&mut memory, dispatch);
                 if dispatch.stage == Stage::RecordTrial {

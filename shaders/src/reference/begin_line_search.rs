@@ -7,8 +7,8 @@ use crate::memory::Memory;
 /// a descent direction (Polak and Ribière 1969, Polyak 1969); M is the matrix.
 pub(crate) fn begin_line_search(m: &mut Memory, _: &Range, _: usize, variant: usize) {
     let (mut slope, mut before, mut last, mut turn) = (0.0, 0.0, 0.0, 0.0_f64);
-    for chunk in 0..m.offsets.chunks as usize {
-        let at = m.offsets.partials_vectors as usize + 7 * chunk;
+    for k in 0..m.offsets.totals as usize {
+        let at = m.offsets.totals_vectors as usize + 7 * k;
         slope += m.vector(at + 1, variant);
         turn = turn.max(m.vector(at + 4, variant));
         before += m.vector(at + 5, variant);

@@ -33,10 +33,12 @@ mod retract;
 mod shared;
 mod solve_backward;
 mod solve_forward;
+mod sum_partials;
 mod sum_state;
 mod sum_step;
 #[cfg(test)]
 mod tests;
+mod unpack;
 
 use crate::Stage;
 use crate::memory::Memory;
@@ -64,9 +66,11 @@ pub fn run(memory: &mut Memory, dispatch: &Dispatch) {
         Stage::EvaluateSegments => evaluate_segments::evaluate_segments,
         Stage::EvaluateSprings => evaluate_springs::evaluate_springs,
         Stage::SumState => sum_state::sum_state,
+        Stage::SumPartials => sum_partials::sum_partials,
         Stage::EvaluateStationSegments => evaluate_station_segments::evaluate_station_segments,
         Stage::SumStep => sum_step::sum_step,
         Stage::PackShape => pack_shape::pack_shape,
+        Stage::Unpack => unpack::unpack,
         Stage::Retract => retract::retract,
         Stage::CondensePoints => condense_points::condense_points,
         Stage::SolveBackward => solve_backward::solve_backward,

@@ -1,11 +1,10 @@
 use crate::layout::Range;
 use crate::memory::Memory;
+use crate::plan::sizes;
 
-/// Packs the states of all variants for read-back, whichever third of the buffer is current.
+/// Collects the current state of a variant for read-back.
 pub(crate) fn pack_shape(m: &mut Memory, _: &Range, k: usize, variant: usize) {
-    let at = m.state_entry(k, 0, variant);
-    for i in 0..7 {
-        let x = m.state[m.at(at + i, variant)];
-        m.set_vector(m.offsets.shape_vectors as usize + 7 * k + i, variant, x);
-    }
+    let x = m.state[m.at(m.state_entry(0, 0, variant) + k, variant)];
+    let length = sizes::STATE as usize * m.offsets.variables as usize;
+    m.transfer[variant * length + k] = x;
 }

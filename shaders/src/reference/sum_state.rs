@@ -2,7 +2,7 @@ use crate::layout::Range;
 use crate::memory::Memory;
 
 /// Maximum that propagates NaN.
-fn larger(a: f64, b: f64) -> f64 {
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a >= b { a } else { b }
 }
 

@@ -19,6 +19,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("an unknown name is refused with those there are", unknown_is_refused),
     ("a device that is lost says so and nothing panics", lost_says_so),
     ("members of a batch end as if each were alone", batches::end_as_if_alone),
+    ("a moved end is part of the first step", batches::moved_end_is_part_of_the_first_step),
+    ("single precision keeps the rounding errors of sums", batches::single_precision_keeps_the_rounding_errors_of_sums),
     ("every stage agrees with its CPU reference, in double precision", parity::double),
     ("every stage agrees with its CPU reference, in single precision", parity::single),
 ];

@@ -80,9 +80,10 @@ fn every_stage(gpu: &Arc<Gpu>, real: Real, allowed: f64, algorithm: Algorithm) -
         };
         // Two variants with different states.
         for (variant, state) in [(0, state.clone()), (1, disturbed(&sample, &mut rng))] {
-            reference.set_harness(&plan, variant, &flattening.harness(&problem, &state))?;
+            let harness = flattening.harness(&problem, &state);
+            reference.set_harness(&plan, variant, &harness)?;
             reference.set_shape(&plan, variant, &flattening.shape(&state));
-            reference.begin(variant, &stop, real);
+            reference.begin(variant, &stop, real, harness.moves());
         }
         let session = Session::new(gpu, real, &plan, &reference)?;
         for cycle in 0..CYCLES {

@@ -9,6 +9,14 @@ impl Memory {
         self.program[at]
     }
 
+    pub(crate) fn number(&self, entry: usize, variant: usize) -> f64 {
+        self.numbers[self.at(entry, variant)]
+    }
+
+    pub(crate) fn number3(&self, entry: usize, variant: usize) -> Vector {
+        Vector::from_fn(|i, _| self.number(entry + i, variant))
+    }
+
     pub(crate) fn number4(&self, entry: usize, variant: usize) -> Rotation {
         Quaternion::from([0, 1, 2, 3].map(|i| self.number(entry + i, variant)))
     }
@@ -19,6 +27,18 @@ impl Memory {
 
     pub(crate) fn gradient_of(&self, own: u32, variable: usize) -> usize {
         self.offsets.gradient_vectors as usize + (own as usize * self.offsets.variables as usize + variable) * 3
+    }
+
+    pub(crate) fn value3(&self, entry: usize, variant: usize) -> Vector {
+        Vector::from_fn(|i, _| self.state[self.at(entry + i, variant)])
+    }
+
+    pub(crate) fn value4(&self, entry: usize, variant: usize) -> Rotation {
+        Quaternion::from([0, 1, 2, 3].map(|i| self.state[self.at(entry + i, variant)]))
+    }
+
+    pub(crate) fn compensation3(&self, entry: usize, variant: usize) -> Vector {
+        self.value3(entry + 4, variant)
     }
 
     pub(crate) fn set_value3(&mut self, entry: usize, variant: usize, x: &Vector) {

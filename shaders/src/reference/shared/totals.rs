@@ -12,8 +12,8 @@ pub(crate) struct Totals {
 
 pub(crate) fn totals(m: &Memory, variant: usize) -> Totals {
     let (mut energy, mut force, mut moment) = (0.0, 0.0_f64, 0.0_f64);
-    for chunk in 0..m.offsets.chunks as usize {
-        let at = m.offsets.partials_vectors as usize + 7 * chunk;
+    for k in 0..m.offsets.totals as usize {
+        let at = m.offsets.totals_vectors as usize + 7 * k;
         energy += m.vector(at, variant);
         force = force.max(m.vector(at + 2, variant));
         moment = moment.max(m.vector(at + 3, variant));

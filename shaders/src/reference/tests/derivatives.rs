@@ -34,13 +34,13 @@ fn prepare(builder: &Builder, leaf: usize) -> (Plan, Memory) {
 /// Energy, J, and gradient at a state, in elimination order.
 fn measure(plan: &Plan, memory: &mut Memory, shape: &Shape) -> (f64, DVector<f64>) {
     memory.set_shape(plan, 0, shape);
-    memory.begin(0, &STOP, Real::F64);
+    memory.begin(0, &STOP, Real::F64, false);
     memory.control[0].phase = Phase::Search as u32;
     for dispatch in plan.cycle().iter().take_while(|d| d.stage != Stage::RecordTrial) {
         reference::run(memory, dispatch);
     }
     let p = plan.offsets;
-    let energy = (0..p.chunks).map(|c| memory.vectors[(p.partials_vectors + 7 * c) as usize]).sum();
+    let energy = (0..p.totals).map(|k| memory.vectors[(p.totals_vectors + 7 * k) as usize]).sum();
     let slot = (memory.control[0].current + 1) % 3;
     let first = (p.gradient_vectors + slot * 3 * p.variables) as usize;
     (energy, DVector::from_column_slice(&memory.vectors[first..first + 3 * p.variables as usize]))
@@ -64,7 +64,7 @@ fn moved(plan: &Plan, shape: &Shape, k: usize, by: f64) -> Shape {
 /// The assembled matrix, both triangles.
 fn matrix(plan: &Plan, memory: &mut Memory, shape: &Shape) -> DMatrix<f64> {
     memory.set_shape(plan, 0, shape);
-    memory.begin(0, &STOP, Real::F64);
+    memory.begin(0, &STOP, Real::F64, false);
     memory.control[0].phase = Phase::Linearise as u32;
     for dispatch in plan.cycle().iter().take_while(|d| d.stage != Stage::Factorise) {
         reference::run(memory, dispatch);
@@ -153,8 +153,8 @@ fn the_first_right_hand_side_carries_the_prescribed_motion() {
             builder.harness.holds.push(hold);
         }
         let (plan, mut memory) = prepare(builder, 4);
-        memory.begin(0, &STOP, Real::F64);
-        assert_eq!(memory.control[0].moving, 1);
+        assert!(builder.harness.moves());
+        memory.begin(0, &STOP, Real::F64, true);
         let of_solve = [Stage::AssembleMatrix, Stage::AssembleRightHandSide];
         for dispatch in plan.cycle().iter().take_while(|d| d.stage != Stage::SumStep) {
             if of_solve.contains(&dispatch.stage) || dispatch.stage.name().starts_with("linearise") {
