@@ -125,6 +125,9 @@ pub struct Neighbourhood<'n> {
     references: Vec<Reference<'n>>,
     /// See [`times`].
     times: Vec<f64>,
+    /// Rest lengths of the reference's segments at the beginning of each step, m, once the stations of what begins with
+    /// it are placed.
+    begun: Vec<Vec<f64>>,
 }
 
 /// A reference on the path.
@@ -174,7 +177,7 @@ impl<'n> Neighbourhood<'n> {
         };
         let references = path.into_iter().enumerate().map(reference).collect::<Result<Vec<_>, NotFound>>()?;
         let times = times(network, schedule);
-        let mut new = Self { network, stop: *stop, step, fraction, references, times };
+        let mut new = Self { network, stop: *stop, step, fraction, references, times, begun: Vec::new() };
         // What follows from the plans alone must be what the run led to.
         let (walked, _) = new.walk(network, schedule, minimiser)?;
         let reached = new.references[step + 1].checkpoint();
@@ -217,12 +220,12 @@ impl<'n> Neighbourhood<'n> {
         if !alike || !same_places(self.network, network) {
             return Err(NotFound::OtherParts);
         }
-        let (walked, _) = self.walk(network, schedule, minimiser)?;
+        let (walked, change) = self.walk(network, schedule, minimiser)?;
         if times(network, schedule) != self.times {
             return Err(NotFound::OtherTimes);
         }
         let step = self.step;
-        let settled = self.settle(step + 1, network, &walked)?;
+        let settled = self.settle(step + 1, network, &walked, &change)?;
         let moment = Moment { step: steps_of(schedule)[step].name.clone(), step_index: step, increment: 0 };
         settled.measured(&self.stop, moment, self.fraction == 1.0, sheet)
     }
@@ -250,49 +253,61 @@ impl<'n> Neighbourhood<'n> {
         }
     }
 
-    /// Conditions at the end of the increment, as far as they follow from the plans of the steps, and the state at its
-    /// beginning.
+    /// Conditions at the end of the increment, as far as they follow from the plans of the steps, and how much longer
+    /// the segments are than those of the reference, m. The first walk is that of the reference itself.
     fn walk(
         &mut self,
         network: &Network,
         schedule: &Schedule,
         minimiser: &mut dyn Minimiser,
-    ) -> Result<(Conditions, State), NotFound> {
+    ) -> Result<(Conditions, Vec<f64>), NotFound> {
+        let mut change = longer(&State::origin(network).rest_lengths, &State::origin(self.network).rest_lengths);
         let from_start = || (0..network.constraints.len()).filter(|f| network.constraints[*f].from_start);
         let laid_out = if from_start().any(|f| !has_own_target(network, f)) {
             layout::place(network, schedule)
         } else {
-            on_network(self.network, &self.references[0].checkpoint().state, network)
+            carried(&self.references[0].checkpoint().state, &change, network)
         };
         let mut problem = Problem::new(network, Conditions::new(network, schedule.gravity, &laid_out));
         for (f, constraint) in network.constraints.iter().enumerate().filter(|(_, constraint)| constraint.from_start) {
             let from = problem.conditions().constraints[f].base;
             problem.set_target(f, journey_to_target(f, constraint, from).at(1.0));
         }
-        let (mut walked, mut state) = (problem.conditions().clone(), laid_out);
+        let mut walked = problem.conditions().clone();
         for (k, step) in steps_of(schedule)[..=self.step].iter().enumerate() {
-            if matches!(self.references[k], Reference::Kept(_)) {
-                state = self.settle(k, network, &walked)?.state;
-            } else {
-                state = on_network(self.network, &self.references[k].checkpoint().state, network);
-            }
+            let state = match &self.references[k] {
+                Reference::Kept(_) => self.settle(k, network, &walked, &change)?.state,
+                Reference::Passed(checkpoint) => carried(&checkpoint.state, &change, network),
+            };
             let reached = self.references[k].checkpoint();
             let conditions = merged(&reached.conditions, &walked);
-            let checkpoint = Checkpoint { conditions, state: state.clone(), ..reached.clone() };
+            let checkpoint = Checkpoint { conditions, state, ..reached.clone() };
             let monitor = Monitor::default();
             let (mut driver, _) = Driver::at_checkpoint(network, minimiser, &self.stop, checkpoint, &monitor);
             let plan = driver.begin_step(step, k == 0, &mut Vec::new());
             plan.apply(&mut driver.problem, if k == self.step { self.fraction } else { 1.0 });
             walked = driver.problem.conditions().clone();
+            // A clip closes at another place of the cable than in the reference.
+            if self.begun.len() == k {
+                self.begun.push(driver.state.rest_lengths.clone());
+            }
+            change = longer(&driver.state.rest_lengths, &self.begun[k]);
         }
-        Ok((walked, state))
+        Ok((walked, change))
     }
 
-    /// The equilibrium of a changed harness near a reference, under conditions of which targets and loads are `walked`.
-    fn settle<'m>(&mut self, k: usize, network: &'m Network, walked: &Conditions) -> Result<Settled<'m>, NotFound> {
+    /// The equilibrium of a changed harness near a reference, under conditions of which targets and loads are `walked`;
+    /// its segments are longer by `change`.
+    fn settle<'m>(
+        &mut self,
+        k: usize,
+        network: &'m Network,
+        walked: &Conditions,
+        change: &[f64],
+    ) -> Result<Settled<'m>, NotFound> {
         let Reference::Kept(kept) = &mut self.references[k] else { unreachable!("it was kept for this") };
         let mut problem = Problem::new(network, merged(&kept.checkpoint.conditions, walked));
-        let mut state = on_network(self.network, &kept.checkpoint.state, network);
+        let mut state = carried(&kept.checkpoint.state, change, network);
         let distance = kept.settle(&mut problem, &mut state)?;
         Ok(Settled { problem, state, distance })
     }
@@ -578,13 +593,15 @@ fn merged(reached: &Conditions, walked: &Conditions) -> Conditions {
     }
 }
 
-/// A state on a network with the same nodes, whose segments may have other lengths.
-fn on_network(from: &Network, state: &State, to: &Network) -> State {
-    let (old, new) = (State::origin(from), State::origin(to));
+/// How much longer segments are than others, m.
+fn longer(these: &[f64], others: &[f64]) -> Vec<f64> {
+    these.iter().zip(others).map(|(this, other)| this - other).collect()
+}
+
+/// A state of the reference on a network with the same nodes, whose segments are longer by `change`.
+fn carried(state: &State, change: &[f64], to: &Network) -> State {
     let mut moved = state.clone();
-    for (length, (old, new)) in moved.rest_lengths.iter_mut().zip(old.rest_lengths.iter().zip(&new.rest_lengths)) {
-        *length += new - old;
-    }
+    moved.rest_lengths.iter_mut().zip(change).for_each(|(length, change)| *length += change);
     for branch in &to.branches {
         let lengths = &moved.rest_lengths[branch.points.start..branch.points.end - 1];
         branch.rod.mesh().couple(lengths, &mut moved.coupling_lengths[branch.frames.start..branch.frames.end - 1]);
