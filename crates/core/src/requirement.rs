@@ -361,10 +361,12 @@ pub struct RequirementResult {
 }
 
 impl RequirementResult {
-    /// Distance of the worst value from its limit relative to the limit; negative where it fails. `None` where nothing
-    /// was checked, or the limit is 0.
+    /// Distance of the worst value from its limit relative to the limit; negative where it fails, and infinite where
+    /// the value is infinite or not a number. `None` where nothing was checked, or the limit is 0.
     pub fn margin(&self) -> Option<f64> {
-        self.bound.margin(self.worst?, self.limit)
+        let margin = self.bound.margin(self.worst?, self.limit)?;
+        // What is not a number is beyond any limit.
+        Some(if margin.is_nan() { f64::NEG_INFINITY } else { margin })
     }
 }
 

@@ -1,11 +1,12 @@
 //! What differs between results, and how they are read back.
 
-use crate::samples::{branch, constraint, run, step, v, y_harness};
-use wireloom_core::equilibrium::{OperationResult, Outcome, Run, SlideMotion, SlideResult};
-use wireloom_core::{Status, StepResult};
+use crate::samples::{branch, constraint, requirement, run, step, v, y_harness};
+use wireloom_core::equilibrium::{OperationResult, Outcome, RequirementResult, Run, SlideMotion, SlideResult};
+use wireloom_core::requirement::{Bound, Measure, Verdict, Violation};
+use wireloom_core::{EventPlace, Status, StepResult};
 use wireloom_export::comparison::{Case, Comparison, Reason};
 use wireloom_export::ending::Ending;
-use wireloom_export::json;
+use wireloom_export::{json, sheet};
 
 fn ending(step: StepResult) -> Ending {
     Ending::of(&run("y", vec![step])).unwrap()
@@ -28,6 +29,37 @@ fn read(run: &Run) -> Option<Ending> {
     let mut bytes = Vec::new();
     json::write(run, &json::Provenance::default(), &mut bytes).unwrap();
     json::read(bytes.as_slice()).unwrap()
+}
+
+/// JSON has no infinite numbers: the bend radius of a straight cable is null there, and so is its margin.
+#[test]
+fn a_straight_cable_that_fails_a_greatest_bend_radius_comes_back_as_that() {
+    let mut run = run("y", vec![y_harness()]);
+    let place = EventPlace::branch("left", 0.2);
+    let failing = RequirementResult {
+        bound: Bound::Max,
+        verdict: Verdict::Fail,
+        ..requirement("tight", Measure::BendRadius, [f64::INFINITY, 0.5], place.clone())
+    };
+    let violation = Violation {
+        name: "tight".into(),
+        measure: Measure::BendRadius,
+        severity: failing.severity,
+        value: f64::INFINITY,
+        limit: 0.5,
+        bound: Bound::Max,
+        place,
+    };
+    run.steps[0].violations = vec![violation];
+    run.requirements = vec![failing];
+    let mut bytes = Vec::new();
+    json::write(&run, &json::Provenance::default(), &mut bytes).unwrap();
+    let again = json::read_run(bytes.as_slice()).expect("a result");
+    assert_eq!((&again.requirements, &again.steps[0].violations), (&run.requirements, &run.steps[0].violations));
+    assert_eq!(again.requirements[0].margin(), Some(f64::NEG_INFINITY));
+    assert_eq!(sheet::brief(&again.requirements[0]), "FAIL straight (< -1000 %), branch `left` at s = 200.0 mm");
+    let sheets = read(&run).expect("an ending").requirements;
+    assert_eq!(sheet::open_in_any(&[&sheets]), ["tight"]);
 }
 
 #[test]
