@@ -5,7 +5,7 @@ use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
 use crate::mechanism::{Mechanism, Mount};
 use crate::obstacle::{ContactSettings, Obstacle};
-use crate::requirement::{Marker, Requirement};
+use crate::requirement::{Marker, Requirement, distinct_names};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
 use rayon::prelude::*;
@@ -399,6 +399,12 @@ impl Network {
             Place::Node { branch, .. } => diameter(branch),
             Place::Joint(joint) => self.joints[joint].branches.iter().map(|b| diameter(*b)).fold(0.0, f64::max),
         }
+    }
+
+    /// Names of its requirements, each another one ([`distinct_names`]).
+    pub fn requirement_names(&self) -> Vec<String> {
+        let own = self.requirements.iter().map(|own| (own.name.as_str(), own.origin, own.measure));
+        distinct_names(&own.collect::<Vec<_>>())
     }
 
     /// For each joint the joints within `reach` (m) along the harness, with their distances; itself included, at 0.
