@@ -192,7 +192,8 @@ impl Joint {
     /// Length by which an arm adds to the weight of the hub's frame in a shifted Hessian, m: its offset and, on a
     /// compliant hub, which is part of no coupling of the arm, half a segment.
     pub fn lever(&self, arm: &Arm) -> f64 {
-        let own = if self.arm_frames.is_empty() { 0.0 } else { 0.5 * arm.segment_length };
+        let compliant = self.model.mounting() == Mounting::CompliantHub;
+        let own = if compliant { 0.5 * arm.segment_length } else { 0.0 };
         own + arm.offset.norm()
     }
 }
