@@ -320,8 +320,8 @@ impl<'a> Equilibrium<'a> {
             }
             Measure::Turns => {
                 let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
-                // The integral of the error of the torsion.
-                let pairs = branch.s.windows(2).zip(errors.torsion.windows(2));
+                // The integral of the error of the twist.
+                let pairs = branch.s.windows(2).zip(errors.twist.windows(2));
                 let turned: f64 = pairs.map(|(s, e)| 0.5 * (e[0] + e[1]) * (s[1] - s[0])).sum();
                 found.push(Found { error: Some(turned / TAU), ..at(branch.twist_turns.abs(), place) });
             }
