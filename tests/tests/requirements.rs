@@ -278,8 +278,8 @@ fn a_span_pressed_straight_beyond_its_buckling_load_fails() {
     assert!(!straight || pressed.verdict() != Verdict::Pass, "{:?}", pressed.requirements);
 }
 
-/// A hub of two arms is a rigid part of a column. It was taken for a fixed end where its arms have levers, however short:
-/// the limit was that of the longer half, up to four times as large.
+/// A hub of two arms is a rigid part of a column. It was taken for a fixed end where its arms have levers, however
+/// short: the limit was that of the longer half, up to four times as large.
 #[test]
 fn a_hub_with_lever_arms_does_not_divide_a_column() {
     // Ratio of the limit to 1.1 times Euler's load of all cable; cable on both sides of the hub, and its length.

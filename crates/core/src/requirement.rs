@@ -390,9 +390,9 @@ pub struct Violation {
     pub place: EventPlace,
 }
 
-/// Names by which requirements are told apart, from their own names, origins and measures. Those of the file are unique.
-/// The limits of a section, a constraint or an obstacle have its name: where others have it, too, the measure follows in
-/// brackets, with a number where even that is not enough.
+/// Names by which requirements are told apart, from their own names, origins and measures. Those of the file are
+/// unique. The limits of a section, a constraint or an obstacle have its name: where others have it, too, the measure
+/// follows in brackets, with a number where even that is not enough.
 pub fn distinct_names(all: &[(&str, Origin, Measure)]) -> Vec<String> {
     let mut shared: BTreeMap<&str, usize> = BTreeMap::new();
     all.iter().for_each(|(name, ..)| *shared.entry(name).or_default() += 1);

@@ -280,8 +280,8 @@ fn torsions(text: &str, n: usize) -> Compared {
     all
 }
 
-/// Of the torsion beside stations the error of their frames is the larger part: they take some of the bending moment for
-/// torsion. Wind is not even along a cable. The estimate of a torsion in the wind was down to a fifth of the error.
+/// Of the torsion beside stations the error of their frames is the larger part: they take some of the bending moment
+/// for torsion. Wind is not even along a cable. The estimate of a torsion in the wind was down to a fifth of the error.
 #[test]
 fn torsions_are_covered_beside_stations_and_in_the_wind() {
     let wind = "[[loads]]\nname = \"wind\"\nspan = { branch = \"A\" }\nflow = { velocity = [0, 8, 2] }\n";

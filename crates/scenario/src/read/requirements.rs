@@ -267,7 +267,8 @@ fn refuse_common(entry: &Entry<'_>, one: &[Part], other: &[Part], known: &Named<
     let Some(all) = pairs.map(common).collect::<Option<Vec<_>>>() else { return false };
     let Some((name, from, to)) = all.first() else { return false };
     let message = format!(
-        "the parts of {} have branch \"{name}\" from s = {from} m to {to} m in common: there is no clearance between them",
+        "the parts of {} have branch \"{name}\" from s = {from} m to {to} m in common: there is no clearance between \
+         them",
         entry.label
     );
     entry.fault_at("between", message, "name parts without common cable: other branches, or other `from` and `to`");

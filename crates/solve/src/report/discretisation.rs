@@ -332,8 +332,8 @@ impl Samples<'_> {
         errors
     }
 
-    /// Adds to the errors of the torsion what frames beside stations take of the bending moment for torsion: they turn by
-    /// `ℓ³ (κ″/64 + κ κ′/320)` where the scheme is of fourth order (measured).
+    /// Adds to the errors of the torsion what frames beside stations take of the bending moment for torsion: they turn
+    /// by `ℓ³ (κ″/64 + κ κ′/320)` where the scheme is of fourth order (measured).
     fn add_turns_at_stations(&self, torsion: &mut [f64]) {
         let mesh = self.branch.rod.mesh();
         for &station in &mesh.stations {

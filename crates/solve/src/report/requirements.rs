@@ -488,8 +488,8 @@ fn segments_at(nodes: &[f64], s: f64) -> RangeInclusive<usize> {
     first.min(last)..=behind.min(last)
 }
 
-/// Error of a bend radius R (m) whose curvature has the error e (1/m): by so much the true one may be smaller, and where
-/// it has a greatest value larger, infinitely where the cable may be straight.
+/// Error of a bend radius R (m) whose curvature has the error e (1/m): by so much the true one may be smaller, and
+/// where it has a greatest value larger, infinitely where the cable may be straight.
 fn radius_error(requirement: &Requirement, radius: f64, e: f64) -> f64 {
     if !radius.is_finite() {
         return 0.0;

@@ -107,8 +107,8 @@ impl CableSpan {
     /// Force above which it is not stable while it is straight, even between clamped ends, N: Rayleigh's quotient
     /// `∫ EI κ² ds / ∫ θ² ds` (Timoshenko & Gere 1961, sections 2.2 and 2.8), with the smaller EI of each piece.
     ///
-    /// The cable has the curvature `κ = cos kx − α − β s` with `k = 2π/L`, x being the length of cable before a place, s
-    /// that with hubs, and L that of all cable; hubs have none. α and β leave the ends where and as they are clamped:
+    /// The cable has the curvature `κ = cos kx − α − β s` with `k = 2π/L`, x being the length of cable before a place,
+    /// s that with hubs, and L that of all cable; hubs have none. α and β leave the ends where and as they are clamped:
     /// `∫ κ dx = ∫ s κ dx = 0`. θ is the slope, `sin(kx)/k − α x − β ∫ s dx`. With one section and no hub this is
     /// Euler's `4 π² EI/L²`.
     pub fn euler(&self, network: &Network) -> f64 {

@@ -51,7 +51,7 @@ impl Line {
         let sign = if line.bound == Bound::Min { 1.0 } else { -1.0 };
         let error = line.error.unwrap_or(if limit == 0.0 { 0.0 } else { MARGIN_WITHOUT_ERROR * scale });
         let own = (line.bound.gap(worst, limit) - error) / scale;
-        // A radius is the inverse of what bends, in which requirements are nearly linear, and finite where it is straight.
+        // A radius is the inverse of what bends, in which requirements are nearly linear; also of a straight cable.
         let doubted = worst - sign * error;
         let bends = line.measure == Measure::BendRadius && limit > 0.0 && doubted > 0.0;
         let (kept, kept_slope) = if bends {
