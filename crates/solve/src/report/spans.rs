@@ -384,7 +384,7 @@ fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge
             if branches.is_empty() {
                 continue;
             }
-            let way: Vec<(usize, usize)> = ways.back_from(end).collect();
+            let way: Vec<Via> = ways.back_from(end).collect();
             // A single cable without lever arms is known already.
             if matches!(way[..], [(single, _)] if edges[single].levers == [0.0; 2]) {
                 continue;
@@ -416,6 +416,9 @@ fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge
     found.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(span, _)| span).collect()
 }
 
+/// An edge of a way, and the vertex before it.
+type Via = (usize, usize);
+
 /// The shortest ways from a held vertex to others through those that nothing holds (Dijkstra 1959). Vertices are
 /// numbered in the order of their points.
 struct Ways {
@@ -427,7 +430,7 @@ struct Ways {
     at: Vec<Vec<(f64, usize, usize)>>,
     /// Of each vertex that was reached the length of the way (m), and its last edge with the vertex before that; none
     /// at the source.
-    reached: Vec<Option<(f64, Option<(usize, usize)>)>>,
+    reached: Vec<Option<(f64, Option<Via>)>>,
 }
 
 impl Ways {
@@ -469,7 +472,7 @@ impl Ways {
     }
 
     /// Edges of the way to a vertex, the last one first, each with the vertex before it.
-    fn back_from(&self, end: usize) -> impl Iterator<Item = (usize, usize)> {
+    fn back_from(&self, end: usize) -> impl Iterator<Item = Via> {
         let last = move |vertex: usize| self.reached[vertex].and_then(|(_, via)| via);
         std::iter::successors(last(end), move |&(_, before)| last(before))
     }
