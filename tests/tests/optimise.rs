@@ -3,10 +3,11 @@
 
 use std::cell::RefCell;
 use wireloom::optimise::{Ending, Kind, Optimisation, Search};
-use wireloom::result::Verdict;
+use wireloom::result::{Measure, Verdict};
 use wireloom::scenario::{NoFiles, Setting};
 use wireloom::sensitivity::Source;
 use wireloom::{Control, Run, Status};
+use wireloom_tests::cables::{branch, connector_along, section};
 use wireloom_tests::root;
 
 /// Error of an optimum: it keeps a margin of 0.1 % and 0.02 % from its limits beside the discretisation error, and is
@@ -263,4 +264,49 @@ fn what_is_stopped_keeps_the_best_design() {
     let optimum = found.optimum.expect("the start keeps its requirements");
     assert!(optimum.certificate.is_none());
     assert_eq!(ran(&optimum.text, &[]).verdict(), Verdict::Pass);
+}
+
+/// A cable from a plug, beside which a load pulls at its middle; what hangs on behind that is straight.
+fn cantilever(minimise: &str, more: &str) -> String {
+    [
+        "schema = 1\nname = \"cantilever\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 1.0, 20),
+        &connector_along("plug-A", "A", [0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        "[[loads]]\nname = \"pull\"\nat = { branch = \"cable\", s = 0.5 }\nforce = [0, 0, -0.1]\n",
+        "[optimise.vary]\n\"branches.cable.length\" = { from = 0.8, to = 1.2 }\n",
+        &format!("[optimise]\nminimise = \"{minimise}\"\n"),
+        more,
+    ]
+    .concat()
+}
+
+/// Its value was left out of the constraints, as it is not finite: the margin was that of another requirement.
+#[test]
+fn a_straight_cable_fails_a_greatest_bend_radius() {
+    let bent = "[[requirements]]\nname = \"bent\"\nquantity = \"bend_radius\"\nmax = 1.0\n\
+                of = { branch = \"cable\", from = 0.6 }\n";
+    let found = search(&cantilever("length", bent));
+    assert_eq!((found.ending, found.optimum.is_none()), (Ending::Infeasible, true));
+    for design in &found.designs {
+        assert_eq!((design.verdict.as_deref(), design.margin), (Some("fail"), Some(f64::NEG_INFINITY)));
+        assert!(design.tightest.as_ref().is_some_and(|line| line.starts_with("bent")), "{design:?}");
+    }
+    // It has no value that could be minimised.
+    let found = search(&cantilever("bent", bent));
+    assert_eq!((found.ending, found.counts.failed), (Ending::NoStart, found.counts.runs));
+}
+
+/// The section's limit has the name of the section: its radius was minimised beside the tension of the same name.
+#[test]
+fn of_two_requirements_of_one_name_that_of_the_file_is_minimised() {
+    let pull = "[[requirements]]\nname = \"cable\"\nquantity = \"tension\"\nmax = \"50 N\"\n";
+    let text = cantilever("cable", pull).replace("[sections.cable]\n", "[sections.cable]\nmin_bend_radius = 0.05\n");
+    let found = search(&text);
+    let optimum = found.optimum.expect("a design that keeps all requirements");
+    let run = optimum.certificate.expect("a fresh run");
+    let of_name: Vec<_> = run.requirements.iter().filter(|line| line.name == "cable").collect();
+    assert_eq!(of_name.iter().map(|line| line.measure).collect::<Vec<_>>(), [Measure::Tension, Measure::BendRadius]);
+    let (tension, radius) = (of_name[0].worst.expect("a tension"), of_name[1].worst.expect("a radius"));
+    assert!((optimum.objective - tension).abs() <= 1e-6 * tension.abs(), "{} {tension} {radius}", optimum.objective);
 }

@@ -278,6 +278,54 @@ fn a_span_pressed_straight_beyond_its_buckling_load_fails() {
     assert!(!straight || pressed.verdict() != Verdict::Pass, "{:?}", pressed.requirements);
 }
 
+/// A hub of two arms is a rigid part of a column. It was taken for a fixed end where its arms have levers, however
+/// short: the limit was that of the longer half, up to four times as large.
+#[test]
+fn a_hub_with_lever_arms_does_not_divide_a_column() {
+    // Ratio of the limit to 1.1 times Euler's load of all cable; cable on both sides of the hub, and its length.
+    let ratio = |[before, behind]: [f64; 2], hub: f64, model: &str, more: &str| {
+        let length = before + behind + hub;
+        let run = run(&[
+            "schema = 1\nname = \"hub\"\ngravity = [0, 0, 0]\n",
+            &section("cable"),
+            &branch("one", ["A", "J"], "cable", before, 20),
+            &branch("other", ["B", "J"], "cable", behind, 20),
+            &format!(
+                "[[joints]]\nname = \"J\"\nmodel = \"{model}\"\narms = [\
+                 {{ branch = \"one\", direction = [-1, 0, 0], up = [0, 0, 1], offset = [{:?}, 0, 0]{more} }}, \
+                 {{ branch = \"other\", direction = [1, 0, 0], up = [0, 0, 1], offset = [{:?}, 0, 0]{more} }}]\n",
+                -0.25 * hub,
+                0.75 * hub
+            ),
+            &connector("plug-A", "A", [0.0; 3]),
+            &connector_along("plug-B", "B", [length, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+            &format!(
+                "[[steps]]\nname = \"push\"\nmove = [{{ constraint = \"plug-B\", position = [{:?}, 0, 0] }}]\n",
+                length - 5e-5
+            ),
+        ]
+        .concat());
+        let line = run.requirements.iter().find(|line| line.measure == Measure::Buckling).expect("always");
+        let cable = before + behind;
+        close(line.worst, 1e4 * 5e-5 / cable, 1e-4);
+        line.limit / (1.1 * 4.0 * PI * PI * 0.01 / (cable * cable))
+    };
+    // In the middle it goes sideways without a turn, as long as it likes.
+    close(Some(ratio([0.099, 0.099], 0.002, "rigid-body", "")), 1.0, 1e-9);
+    close(Some(ratio([0.08, 0.08], 0.04, "rigid-body", "")), 1.0, 1e-9);
+    let springs = ", bending_stiffness = 5, torsion_stiffness = 5";
+    close(Some(ratio([0.099, 0.099], 0.002, "compliant-hub", springs)), 1.0, 1e-9);
+    // Elsewhere: critical loads of beam elements of Hermite, 60 on each side, and how far above them the limit may be.
+    for (sides, hub, exact, above) in [
+        ([0.05, 0.15], 0.002, 0.980_268, 1e-3),
+        ([0.05, 0.15], 0.02, 0.832_986, 0.03),
+        ([0.02, 0.18], 0.02, 0.913_428, 0.03),
+    ] {
+        let found = ratio(sides, hub, "rigid-body", "") / exact;
+        assert!((1.0..1.0 + above).contains(&found), "{sides:?} {hub}: {found}");
+    }
+}
+
 /// A straight cable of 100 mm along z that is held at both ends, without weight.
 fn upright(segments: usize, more: &str) -> String {
     [

@@ -5,7 +5,7 @@ use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
 use crate::mechanism::{Mechanism, Mount};
 use crate::obstacle::{ContactSettings, Obstacle};
-use crate::requirement::{Marker, Requirement};
+use crate::requirement::{Marker, Requirement, distinct_names};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
 use rayon::prelude::*;
@@ -192,7 +192,8 @@ impl Joint {
     /// Length by which an arm adds to the weight of the hub's frame in a shifted Hessian, m: its offset and, on a
     /// compliant hub, which is part of no coupling of the arm, half a segment.
     pub fn lever(&self, arm: &Arm) -> f64 {
-        let own = if self.arm_frames.is_empty() { 0.0 } else { 0.5 * arm.segment_length };
+        let compliant = self.model.mounting() == Mounting::CompliantHub;
+        let own = if compliant { 0.5 * arm.segment_length } else { 0.0 };
         own + arm.offset.norm()
     }
 }
@@ -399,6 +400,12 @@ impl Network {
             Place::Node { branch, .. } => diameter(branch),
             Place::Joint(joint) => self.joints[joint].branches.iter().map(|b| diameter(*b)).fold(0.0, f64::max),
         }
+    }
+
+    /// Names of its requirements, each another one ([`distinct_names`]).
+    pub fn requirement_names(&self) -> Vec<String> {
+        let own = self.requirements.iter().map(|own| (own.name.as_str(), own.origin, own.measure));
+        distinct_names(&own.collect::<Vec<_>>())
     }
 
     /// For each joint the joints within `reach` (m) along the harness, with their distances; itself included, at 0.

@@ -6,6 +6,7 @@
 
 use crate::event::{EventPlace, Moment};
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Depth to which two cables may lie in each other, as a fraction of the diameter of the thinner one: bundles are soft
 /// and not quite round, and their diameters are known to a tenth (see the library of the crate `scenario`).
@@ -361,10 +362,12 @@ pub struct RequirementResult {
 }
 
 impl RequirementResult {
-    /// Distance of the worst value from its limit relative to the limit; negative where it fails. `None` where nothing
-    /// was checked, or the limit is 0.
+    /// Distance of the worst value from its limit relative to the limit; negative where it fails, and infinite where
+    /// the value is infinite or not a number. `None` where nothing was checked, or the limit is 0.
     pub fn margin(&self) -> Option<f64> {
-        self.bound.margin(self.worst?, self.limit)
+        let margin = self.bound.margin(self.worst?, self.limit)?;
+        // What is not a number is beyond any limit.
+        Some(if margin.is_nan() { f64::NEG_INFINITY } else { margin })
     }
 }
 
@@ -385,6 +388,36 @@ pub struct Violation {
     pub bound: Bound,
     /// Place of the value.
     pub place: EventPlace,
+}
+
+/// Names by which requirements are told apart, from their own names, origins and measures. Those of the file are
+/// unique. The limits of a section, a constraint or an obstacle have its name: where others have it, too, the measure
+/// follows in brackets, with a number where even that is not enough.
+pub fn distinct_names(all: &[(&str, Origin, Measure)]) -> Vec<String> {
+    let mut shared: BTreeMap<&str, usize> = BTreeMap::new();
+    all.iter().for_each(|(name, ..)| *shared.entry(name).or_default() += 1);
+    let of_file = all.iter().filter(|(_, origin, _)| *origin == Origin::Scenario).map(|(name, ..)| (*name).to_owned());
+    let mut taken: BTreeSet<String> = of_file.collect();
+    let distinct = |&(name, origin, measure): &(&str, Origin, Measure)| {
+        if origin == Origin::Scenario || shared[name] == 1 {
+            return name.to_owned();
+        }
+        let numbered = |n: usize| match n {
+            1 => format!("{name} ({})", measure.title()),
+            n => format!("{name} ({} {n})", measure.title()),
+        };
+        let free = (1..).map(numbered).find(|name| taken.insert(name.clone()));
+        free.expect("a number that is not taken")
+    };
+    all.iter().map(distinct).collect()
+}
+
+/// A sheet with distinct names ([`distinct_names`]), for readers that look lines up by name.
+pub fn with_distinct_names(sheet: &[RequirementResult]) -> Vec<RequirementResult> {
+    let own: Vec<(&str, Origin, Measure)> =
+        sheet.iter().map(|line| (line.name.as_str(), line.origin, line.measure)).collect();
+    let lines = sheet.iter().zip(distinct_names(&own));
+    lines.map(|(line, name)| RequirementResult { name, ..line.clone() }).collect()
 }
 
 /// Order of the sheet: requirements that must be kept first, by verdict, then by margin, the least first.
@@ -446,6 +479,32 @@ mod tests {
         assert_eq!(of(&[(Unresolved, Must, Scenario), (Pass, Must, Section)]), Unresolved);
         assert_eq!(of(&[(NotChecked, Must, Scenario), (Pass, Must, Section)]), Unresolved);
         assert_eq!(of(&[(NotChecked, Must, Constraint), (Pass, Must, Section)]), Pass);
+    }
+
+    #[test]
+    fn no_two_requirements_have_the_same_distinct_name() {
+        use {Measure::*, Origin::*};
+        let all = [
+            ("T", Scenario, Tension),
+            ("T", Section, BendRadius),
+            ("T", Section, BendRadius),
+            ("T", Section, Tension),
+            ("clip", Constraint, Force),
+            ("U", Section, Tension),
+            ("U (tension)", Scenario, Tension),
+            ("U", Section, Torsion),
+        ];
+        let names = [
+            "T",
+            "T (bend radius)",
+            "T (bend radius 2)",
+            "T (tension)",
+            "clip",
+            "U (tension 2)",
+            "U (tension)",
+            "U (torsion)",
+        ];
+        assert_eq!(distinct_names(&all), names);
     }
 
     #[test]

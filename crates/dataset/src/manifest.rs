@@ -149,20 +149,13 @@ impl Manifest {
 /// The columns of parts where some are chosen, in the order of the table.
 fn chosen(columns: &[String], points: &Points<'_>, network: &Network) -> Result<Vec<String>, Error> {
     let mut known: Vec<String> = Layout::new(&points.header).table(0, &[]).columns.into_iter().map(|c| c.0).collect();
-    let requirements = network.requirements.iter().map(|requirement| &requirement.name);
-    let of_requirements = requirements.flat_map(|name| OF_REQUIREMENT.map(|(what, _)| format!("{what}.{name}")));
+    let names = network.requirement_names();
+    let of_requirements = names.iter().flat_map(|name| OF_REQUIREMENT.map(|(what, _)| format!("{what}.{name}")));
     let at = known.iter().position(|name| name == BEFORE_REQUIREMENTS).map_or(known.len(), |k| k + 1);
     known.splice(at..at, of_requirements);
     if let Some(name) = columns.iter().find(|name| !known.contains(name)) {
         return Err(Error::Column { name: name.clone(), help: did_you_mean(name, known.iter().map(String::as_str)) });
     }
     known.retain(|name| ALWAYS.contains(&name.as_str()) || columns.contains(name));
-    // Requirements may share their names.
-    let mut distinct: Vec<String> = Vec::new();
-    known.into_iter().for_each(|name| {
-        if !distinct.contains(&name) {
-            distinct.push(name)
-        }
-    });
-    Ok(distinct)
+    Ok(known)
 }

@@ -5,7 +5,7 @@ use crate::curve::Curve;
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, Energy, OperationResult, RequirementResult, Run, SlideResult, StepResult,
 };
-use wireloom_core::requirement::Verdict;
+use wireloom_core::requirement::{Verdict, with_distinct_names};
 use wireloom_core::rotation::columns;
 use wireloom_core::{EventKind, Status, Vector};
 
@@ -20,7 +20,7 @@ pub struct Ending {
     pub converged: bool,
     /// Verdict on the harness over the whole run.
     pub verdict: Verdict,
-    /// The sheet of the whole run.
+    /// The sheet of the whole run, with distinct names.
     pub requirements: Vec<RequirementResult>,
     /// Whether the equilibrium is stable; `None` where it was not determined.
     pub stable: Option<bool>,
@@ -103,7 +103,7 @@ impl Ending {
             status: run.status().word().to_owned(),
             converged: run.status() == Status::Converged,
             verdict: run.verdict(),
-            requirements: run.requirements.clone(),
+            requirements: with_distinct_names(&run.requirements),
             stable: end.stable,
             branches: end.branches.iter().map(BranchEnd::of).collect(),
             constraints: end.constraints.iter().map(ConstraintEnd::of).collect(),

@@ -203,6 +203,9 @@ fn values(line: &RequirementResult) -> (String, String) {
 
 /// A value of a measure in the unit in which it is shown.
 pub fn value(measure: Measure, value: f64) -> String {
+    if measure == Measure::BendRadius && value == f64::INFINITY {
+        return "straight".to_owned();
+    }
     with_unit(measure, &digits(shown(measure, value), DIGITS))
 }
 

@@ -11,7 +11,7 @@
 //! | `message` | reason of a refusal or of an early end; null where there is none |
 //! | `stable` | whether the last equilibrium is stable; null where it was not determined |
 //! | `events` | kinds of events that need attention, and the number of each |
-//! | `verdict.REQUIREMENT` | verdict of a line of the sheet |
+//! | `verdict.REQUIREMENT` | verdict of a line of the sheet; its measure follows its name where others have the name |
 //! | `worst.REQUIREMENT` | its worst value over all increments (SI); with `margin.`, `step.` and `where.` |
 //! | `iterations` | of the minimiser, over all steps |
 //! | `polish` | iterations among them that `newton` made where `gpu` left a residual above the tolerance |
@@ -42,7 +42,7 @@ use crate::ending::{ConstraintEnd, Ending};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::requirement::{Measure, Origin, RequirementResult, Severity, Verdict};
+use wireloom_core::requirement::{Measure, Origin, RequirementResult, Severity, Verdict, with_distinct_names};
 use wireloom_core::{Status, Vector};
 
 /// Name of the file.
@@ -79,7 +79,7 @@ pub struct Row {
 /// A line of the sheet of a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// Name of the requirement.
+    /// Name of the requirement, distinct among those of its harness.
     pub name: String,
     /// What it limits.
     pub measure: Measure,
@@ -247,7 +247,9 @@ impl Header {
             stable: ending.stable,
             events: events.join(", "),
             verdict: verdict.map(|(verdict, _)| verdict),
-            sheet: verdict.map(|(_, sheet)| sheet.iter().map(Line::of).collect()).unwrap_or_default(),
+            sheet: verdict
+                .map(|(_, sheet)| with_distinct_names(sheet).iter().map(Line::of).collect())
+                .unwrap_or_default(),
             numbers: numbers.into_iter().map(|number| (!number.is_nan()).then_some(number)).collect(),
         }
     }

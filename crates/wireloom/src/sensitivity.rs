@@ -90,7 +90,7 @@ impl<'a> Study<'a> {
     /// # Errors
     /// Faults of the scenario.
     pub fn new(source: Source<'a>) -> Result<Self, NoAnswer> {
-        Self::with_requirements(source, |_| {})
+        Self::with_requirements(source, tell_apart)
     }
 
     /// The same with a change of the requirements of every network that is built of the scenario.
@@ -115,7 +115,7 @@ impl<'a> Study<'a> {
             crate::load_with_files(&source.text, source.files, source.registry).map_err(NoAnswer::Faults)?;
         let changes = scenario.keep_mesh_of(other);
         let built = if changes { scenario.build(source.registry).map_err(NoAnswer::Faults)? } else { built };
-        Ok(Self::of(source, scenario, built, |_| {}))
+        Ok(Self::of(source, scenario, built, tell_apart))
     }
 
     fn of(source: Source<'a>, scenario: Scenario, built: Built, requirements: fn(&mut Network)) -> Self {
@@ -386,6 +386,12 @@ impl<'a> Study<'a> {
             increment,
         })
     }
+}
+
+/// Gives the requirements of a network distinct names, by which outputs are asked for.
+pub(crate) fn tell_apart(network: &mut Network) {
+    let names = network.requirement_names();
+    network.requirements.iter_mut().zip(names).for_each(|(own, name)| own.name = name);
 }
 
 /// Number of the increment of the worst value of a requirement.

@@ -8,6 +8,7 @@ use super::document::{
 use super::provenance::Provenance;
 use super::values::{Entries, FieldsFile, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
 use crate::fields::BranchFields;
+use wireloom_core::requirement::Measure;
 use wireloom_core::rotation::{columns, frame_from};
 use wireloom_core::{Pose, Rotation, Status, Vector, equilibrium as core};
 
@@ -137,6 +138,8 @@ impl Requirement {
 
     pub fn result(self) -> core::RequirementResult {
         let moment = self.step.zip(self.step_index).zip(self.increment);
+        // What has a moment was checked: null is then a value that no JSON number is, not the lack of one.
+        let worst = self.worst.or(moment.as_ref().map(|_| Number(f64::NAN)));
         core::RequirementResult {
             name: self.name,
             origin: self.origin.0,
@@ -145,7 +148,7 @@ impl Requirement {
             because: self.because,
             verdict: self.verdict.0,
             reason: self.reason,
-            worst: self.worst.map(number),
+            worst: worst.map(|worst| value_of(self.quantity.0, worst)),
             limit: self.limit.0,
             bound: self.bound.0,
             error: self.error.map(number),
@@ -153,6 +156,11 @@ impl Requirement {
             place: self.place.place(),
         }
     }
+}
+
+/// A value of a measure as it was read: the only one that is infinite is the bend radius of a straight cable.
+fn value_of(measure: Measure, Number(value): Number) -> f64 {
+    if value.is_nan() && measure == Measure::BendRadius { f64::INFINITY } else { value }
 }
 
 impl Place {
@@ -192,7 +200,7 @@ impl Violation {
             name: self.name,
             measure: self.quantity.0,
             severity: self.severity.0,
-            value: self.value.0,
+            value: value_of(self.quantity.0, self.value),
             limit: self.limit.0,
             bound: self.bound.0,
             place: self.place.place(),

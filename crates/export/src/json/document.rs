@@ -52,7 +52,8 @@ pub struct Sheet {
     pub requirements: Vec<Requirement>,
 }
 
-/// A line of the sheet. Values are in SI; `margin` is relative to the limit.
+/// A line of the sheet. Values are in SI; `margin` is relative to the limit. `worst` is null where nothing was checked,
+/// then without a step, and where it is infinite: the bend radius of a straight cable.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Requirement {

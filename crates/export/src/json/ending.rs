@@ -8,6 +8,7 @@ use crate::ending::{BranchEnd, Closed, ConstraintEnd, Ending, Way, Work, count};
 use crate::fields::BranchFields;
 use std::io;
 use wireloom_core::Status;
+use wireloom_core::requirement::with_distinct_names;
 
 /// The last step, and the sums over all of them.
 #[derive(Default)]
@@ -78,12 +79,13 @@ fn ended(
     });
     let branches = branches.collect::<Result<_, _>>()?;
     let (work, closed) = way.sums();
+    let sheet: Vec<_> = document.requirements.into_iter().map(Requirement::result).collect();
     Ok(Ending {
         scenario: document.scenario,
         status: document.status.0.word().to_owned(),
         converged: document.status.0 == Status::Converged,
         verdict: document.verdict.0,
-        requirements: document.requirements.into_iter().map(Requirement::result).collect(),
+        requirements: with_distinct_names(&sheet),
         stable: end.stable,
         branches,
         constraints,

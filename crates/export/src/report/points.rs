@@ -272,8 +272,8 @@ fn region(table: &Table, found: &Summary) -> Markup {
         _ => Mark::Unresolved,
     };
     let at = |row: usize| Some((xs[row]?, (*ys.get(row)?)?, mark(row)));
-    let points = (0..table.rows()).filter_map(at).filter(|(x, y, _)| x.is_finite() && y.is_finite());
-    let mut points: Vec<(f64, f64, Mark)> = points.collect();
+    let points = (0..table.rows()).filter_map(at);
+    let (mut points, beyond): (Vec<_>, Vec<_>) = points.partition(|(x, y, _)| x.is_finite() && y.is_finite());
     // Of too many every n-th that passes: none that fails is left out.
     let every = points.len().div_ceil(DRAWN).max(1);
     let mut passed = 0;
@@ -290,6 +290,7 @@ fn region(table: &Table, found: &Summary) -> Markup {
                     (y) " over " (x) ": "
                     span class="good" { "● pass" } " " span class="bad" { "● fail" } " ○ unresolved or without a result"
                     @if every > 1 { " (every " (every) "th point that passes)" }
+                    @if !beyond.is_empty() { "; left out: " (beyond.len()) " with an infinite value" }
                 }
             }
         }

@@ -20,9 +20,9 @@
 //! The influence of a key on the worst value of a requirement is Spearman's rank correlation ρ, the linear correlation
 //! of the ranks (C. Spearman, "The proof and measurement of association between two things", Am. J. Psychol. 15, 1904,
 //! pp. 72–101; for sensitivity analysis A. Saltelli et al., "Global Sensitivity Analysis", 2008, chapter 1). It is ±1
-//! where the value rises or falls with the key throughout. Equal values share their mean rank. Where keys are crossed,
-//! ranks are those within each combination, so that only the sampled key counts. A correlation of less than 2/√(n − 1)
-//! is not told from chance.
+//! where the value rises or falls with the key throughout. Equal values share their mean rank; an infinite one (the
+//! bend radius of a straight cable) has the last. Where keys are crossed, ranks are those within each combination, so
+//! that only the sampled key counts. A correlation of less than 2/√(n − 1) is not told from chance.
 
 use super::Table;
 use std::collections::BTreeMap;
@@ -91,7 +91,7 @@ pub struct Requirement {
     pub fails: usize,
     /// Points at which it is unresolved.
     pub unresolved: usize,
-    /// The point with the least margin, or with the worst verdict where there is no margin.
+    /// The point with the worst verdict, and of those the least margin.
     pub worst: Option<Worst>,
     /// Keys that drive it, the strongest first.
     pub drivers: Vec<Driver>,
@@ -102,7 +102,7 @@ pub struct Requirement {
 pub struct Worst {
     /// Point.
     pub point: usize,
-    /// Value.
+    /// Value; infinite: a straight cable; not a number: the table has none.
     pub value: f64,
     /// Margin, relative to the limit.
     pub margin: Option<f64>,
@@ -138,8 +138,7 @@ impl Yield {
     }
 
     fn count(&mut self, verdict: Option<&str>, status: Option<&str>) {
-        let known = Verdict::ALL.into_iter().find(|known| Some(known.word()) == verdict);
-        *match known {
+        *match known(verdict) {
             Some(Verdict::Pass) => &mut self.passed,
             Some(Verdict::Fail) => &mut self.failed,
             Some(Verdict::Unresolved | Verdict::NotChecked) => &mut self.unresolved,
@@ -197,19 +196,34 @@ pub fn summary(table: &Table) -> Summary {
     }
     let groups: Vec<Vec<usize>> = groups.into_iter().map(|(_, rows)| rows).collect();
     found.requirements = measures(table).map(|(measure, name)| requirement(table, name, measure, &groups)).collect();
-    let margin = |one: &Requirement| one.worst.as_ref().and_then(|worst| worst.margin).unwrap_or(f64::INFINITY);
+    let margins = table.numbers("margin");
+    let margin = |one: &Requirement| margin_or_worst(one.worst.as_ref().and_then(|worst| worst.margin), one.fails > 0);
     found.requirements.sort_by(|a, b| {
         let more = |of: fn(&Requirement) -> usize| of(b).cmp(&of(a));
         more(|one| one.fails).then(more(|one| one.unresolved)).then(margin(a).total_cmp(&margin(b)))
     });
-    let margins = table.numbers("margin");
-    let rank = |row: usize| Verdict::ALL.iter().position(|known| Some(known.word()) == verdict(row));
-    let urgent = (0..table.rows()).filter_map(|row| {
-        let margin = margins.get(row).copied().flatten().unwrap_or(f64::INFINITY);
-        Some((row, rank(row)?, margin))
-    });
-    found.worst = urgent.min_by(|a, b| a.1.cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(row, ..)| row);
+    found.worst = most_urgent((0..table.rows()).filter_map(|row| Some((row, known(verdict(row))?))), margins);
     found
+}
+
+/// The row that fails most, or is nearest to failing: the worst verdict, then the least margin.
+fn most_urgent(rows: impl Iterator<Item = (usize, Verdict)>, margins: &[Option<f64>]) -> Option<usize> {
+    let margin = |row: usize, verdict| margin_or_worst(margins.get(row).copied().flatten(), verdict == Verdict::Fail);
+    let order = |row: usize, verdict: Verdict| (verdict, margin(row, verdict));
+    let rows = rows.map(|(row, verdict)| (row, order(row, verdict)));
+    rows.min_by(|(_, a), (_, b)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(row, _)| row)
+}
+
+/// A margin to sort by. Where there is none (a limit of 0, or a value that is no number) what fails fails most, and
+/// what does not comes last.
+fn margin_or_worst(margin: Option<f64>, fails: bool) -> f64 {
+    let without = if fails { f64::NEG_INFINITY } else { f64::INFINITY };
+    margin.filter(|margin| !margin.is_nan()).unwrap_or(without)
+}
+
+/// The verdict of a word.
+fn known(word: Option<&str>) -> Option<Verdict> {
+    Verdict::ALL.into_iter().find(|known| Some(known.word()) == word)
 }
 
 /// Measures and names of the requirements of a table.
@@ -251,25 +265,24 @@ fn requirement(table: &Table, name: &str, measure: Measure, groups: &[Vec<usize>
     let verdicts = words("verdict");
     let count = |of: Verdict| verdicts.iter().flatten().filter(|verdict| *verdict == of.word()).count();
     let (values, margins) = (table.numbers(&format!("worst.{name}")), table.numbers(&format!("margin.{name}")));
-    let rank = |row: usize| {
-        let verdict = verdicts.get(row).and_then(|verdict| verdict.as_deref());
-        Verdict::ALL.iter().position(|known| Some(known.word()) == verdict)
-    };
-    let margin = |row: usize| margins.get(row).copied().flatten();
-    let order = |row: &usize| (margin(*row).unwrap_or(f64::INFINITY), rank(*row));
-    let worst = (0..values.len()).filter(|row| values[*row].is_some()).min_by(|a, b| {
-        let ((a, verdict), (b, other)) = (order(a), order(b));
-        a.total_cmp(&b).then(verdict.cmp(&other))
-    });
+    let value = |row: usize| values.get(row).copied().flatten();
+    // What was not checked has no value.
+    let checked = |row: usize| Some((row, known(verdicts[row].as_deref())?));
+    let checked = (0..verdicts.len()).filter_map(checked).filter(|(_, verdict)| *verdict != Verdict::NotChecked);
+    let worst =
+        most_urgent(checked.filter(|(row, verdict)| *verdict == Verdict::Fail || value(*row).is_some()), margins);
     let text = |what: &str, row: usize| words(what).get(row).cloned().flatten().unwrap_or_default();
     Requirement {
         name: name.to_owned(),
         measure,
         fails: count(Verdict::Fail),
         unresolved: count(Verdict::Unresolved),
-        worst: worst.and_then(|row| {
-            let (step, place) = (text("step", row), text("where", row));
-            Some(Worst { point: row, value: values[row]?, margin: margin(row), step, place })
+        worst: worst.map(|row| Worst {
+            point: row,
+            value: value(row).unwrap_or(f64::NAN),
+            margin: margins.get(row).copied().flatten(),
+            step: text("step", row),
+            place: text("where", row),
         }),
         drivers: drivers(table, values, groups),
     }
@@ -285,7 +298,7 @@ fn drivers(table: &Table, values: &[Option<f64>], groups: &[Vec<usize>]) -> Vec<
         }
         let pairs = groups.iter().map(|rows| {
             let pair = |row: &usize| Some((numbers[*row]?, values[*row]?));
-            rows.iter().filter_map(pair).filter(|(x, y)| x.is_finite() && y.is_finite()).collect()
+            rows.iter().filter_map(pair).filter(|(x, y)| x.is_finite() && !y.is_nan()).collect()
         });
         let pairs: Vec<Vec<(f64, f64)>> = pairs.collect();
         let n: usize = pairs.iter().map(Vec::len).sum();
@@ -398,5 +411,59 @@ mod tests {
         assert_eq!((worst.point, worst.value, worst.place.as_str()), (3, 0.03, "branch `loop`"));
         // Four points, falling throughout, but a correlation below 2/√3 is not told from chance.
         assert!(bend.drivers.is_empty());
+    }
+
+    /// A straight cable under a greatest bend radius, one without a value, and one with a limit of 0.
+    #[test]
+    fn a_failure_without_a_finite_margin_is_worse_than_what_passes() {
+        let words = |words: &[&str]| Column::Words(words.iter().map(|word| Some((*word).to_owned())).collect());
+        let of = |values: [Option<f64>; 4], margins: [Option<f64>; 4]| {
+            let verdicts = words(&["pass", "pass", "fail", "unresolved"]);
+            let table = Table {
+                columns: vec![
+                    ("point".into(), Column::Counts((0..4).map(Some).collect())),
+                    ("length".into(), Column::Numbers([1.0, 2.0, 4.0, 3.0].map(Some).to_vec())),
+                    ("status".into(), words(&["converged"; 4])),
+                    ("verdict".into(), verdicts.clone()),
+                    ("margin".into(), Column::Numbers(margins.to_vec())),
+                    ("verdict.bend".into(), verdicts),
+                    ("worst.bend".into(), Column::Numbers(values.to_vec())),
+                    ("margin.bend".into(), Column::Numbers(margins.to_vec())),
+                ],
+                notes: vec![(METHOD.into(), "random".into()), (REQUIREMENTS.into(), "bend_radius\tbend".into())],
+            };
+            let found = summary(&table);
+            let bend = found.requirements[0].clone();
+            assert_eq!((found.yields.failed, found.worst, bend.fails), (1, Some(2), 1));
+            bend.worst.expect("a worst value")
+        };
+        let (values, margins) = ([Some(0.4), Some(0.5), None, Some(0.8)], [Some(0.2), Some(0.01), None, Some(0.0)]);
+        let straight = [Some(f64::INFINITY), Some(f64::NEG_INFINITY)];
+        for [value, margin] in [straight, [Some(f64::INFINITY), Some(f64::NAN)], [Some(3.0), None], [None, None]] {
+            let with = |mut all: [Option<f64>; 4], one| {
+                all[2] = one;
+                all
+            };
+            let worst = of(with(values, value), with(margins, margin));
+            assert_eq!((worst.point, worst.value.to_bits()), (2, value.unwrap_or(f64::NAN).to_bits()));
+        }
+    }
+
+    /// Six values rise with the length; without the infinite one five are too few to tell.
+    #[test]
+    fn an_infinite_value_has_the_last_rank() {
+        let numbers = |numbers: [f64; 6]| Column::Numbers(numbers.map(Some).to_vec());
+        let radii = [0.1, 0.2, 0.3, 0.4, 0.5, f64::INFINITY];
+        let table = Table {
+            columns: vec![
+                ("point".into(), Column::Counts((0..6).map(Some).collect())),
+                ("length".into(), numbers([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])),
+                ("status".into(), Column::Words(vec![Some("converged".into()); 6])),
+                ("worst.bend".into(), numbers(radii)),
+            ],
+            notes: Vec::new(),
+        };
+        let found = drivers(&table, table.numbers("worst.bend"), &[(0..6).collect()]);
+        assert_eq!(found, [Driver { key: "length".into(), correlation: 1.0 }]);
     }
 }

@@ -1,11 +1,13 @@
 //! What differs between results, and how they are read back.
 
-use crate::samples::{branch, constraint, run, step, v, y_harness};
-use wireloom_core::equilibrium::{OperationResult, Outcome, Run, SlideMotion, SlideResult};
-use wireloom_core::{Status, StepResult};
+use crate::samples::{branch, constraint, requirement, run, step, v, y_harness};
+use wireloom_core::equilibrium::{OperationResult, Outcome, RequirementResult, Run, SlideMotion, SlideResult};
+use wireloom_core::requirement::{Bound, Measure, Origin, Verdict, Violation};
+use wireloom_core::{EventPlace, Status, StepResult};
 use wireloom_export::comparison::{Case, Comparison, Reason};
 use wireloom_export::ending::Ending;
-use wireloom_export::json;
+use wireloom_export::table::{Computed, Header, Layout};
+use wireloom_export::{json, sheet};
 
 fn ending(step: StepResult) -> Ending {
     Ending::of(&run("y", vec![step])).unwrap()
@@ -28,6 +30,63 @@ fn read(run: &Run) -> Option<Ending> {
     let mut bytes = Vec::new();
     json::write(run, &json::Provenance::default(), &mut bytes).unwrap();
     json::read(bytes.as_slice()).unwrap()
+}
+
+/// JSON has no infinite numbers: the bend radius of a straight cable is null there, and so is its margin.
+#[test]
+fn a_straight_cable_that_fails_a_greatest_bend_radius_comes_back_as_that() {
+    let mut run = run("y", vec![y_harness()]);
+    let place = EventPlace::branch("left", 0.2);
+    let failing = RequirementResult {
+        bound: Bound::Max,
+        verdict: Verdict::Fail,
+        ..requirement("tight", Measure::BendRadius, [f64::INFINITY, 0.5], place.clone())
+    };
+    let violation = Violation {
+        name: "tight".into(),
+        measure: Measure::BendRadius,
+        severity: failing.severity,
+        value: f64::INFINITY,
+        limit: 0.5,
+        bound: Bound::Max,
+        place,
+    };
+    run.steps[0].violations = vec![violation];
+    run.requirements = vec![failing];
+    let mut bytes = Vec::new();
+    json::write(&run, &json::Provenance::default(), &mut bytes).unwrap();
+    let again = json::read_run(bytes.as_slice()).expect("a result");
+    assert_eq!((&again.requirements, &again.steps[0].violations), (&run.requirements, &run.steps[0].violations));
+    assert_eq!(again.requirements[0].margin(), Some(f64::NEG_INFINITY));
+    assert_eq!(sheet::brief(&again.requirements[0]), "FAIL straight (< -1000 %), branch `left` at s = 200.0 mm");
+    let sheets = read(&run).expect("an ending").requirements;
+    assert_eq!(sheet::open_in_any(&[&sheets]), ["tight"]);
+}
+
+/// The limits of a section have its name: the second one, which fails, was compared under the name of the first.
+#[test]
+fn limits_of_the_same_name_are_told_apart() {
+    let mut run = run("y", vec![y_harness()]);
+    let of = |measure, values| RequirementResult {
+        origin: Origin::Section,
+        ..requirement("wire", measure, values, EventPlace::branch("left", 0.2))
+    };
+    run.requirements = vec![of(Measure::BendRadius, [0.06, 0.05]), of(Measure::Tension, [30.0, 20.0])];
+    let names = |lines: &[RequirementResult]| lines.iter().map(|line| line.name.clone()).collect::<Vec<_>>();
+    let (fresh, read) = (Ending::of(&run).expect("an ending"), read(&run).expect("an ending"));
+    assert_eq!(names(&fresh.requirements), ["wire (bend radius)", "wire (tension)"]);
+    assert_eq!(fresh.requirements, read.requirements);
+    assert_eq!(sheet::open_in_any(&[&fresh.requirements]), ["wire (tension)"]);
+    // In the table of a sweep, too: it had one column for both.
+    let header = Header { keys: vec![], branches: vec![], constraints: vec![], outputs: vec![] };
+    let verdict = Some((Verdict::Fail, &run.requirements[..]));
+    let rows = [header.row(vec![], &fresh, Computed { verdict, ..Computed::default() })];
+    let mut layout = Layout::new(&header);
+    layout.add(&rows);
+    let table = layout.table(0, &rows);
+    assert_eq!(table.words("verdict.wire (bend radius)"), [Some("pass".to_owned())]);
+    assert_eq!(table.words("verdict.wire (tension)"), [Some("fail".to_owned())]);
+    assert_eq!(table.numbers("worst.wire (tension)"), [Some(30.0)]);
 }
 
 #[test]

@@ -104,13 +104,15 @@ class Requirement:
     verdict: str
     """`pass`, `fail`, `unresolved` or `not checked`."""
     worst: float | None
-    """The value nearest to the limit or farthest beyond it."""
+    """The value nearest to the limit or farthest beyond it; infinite for the bend radius of a straight cable; `None`
+    where nothing was checked."""
     limit: float
     """The limit."""
     bound: str
     """Side of the limit: `min` or `max`."""
     margin: float | None
-    """Distance from the limit relative to it; negative where the requirement fails."""
+    """Distance from the limit relative to it; negative where the requirement fails, infinite where `worst` is; `None`
+    where nothing was checked, or the limit is 0."""
     error: float | None
     """Estimate of the discretisation error of `worst`."""
     at: Moment | None

@@ -61,13 +61,19 @@ pub(crate) fn refuse(
             }
             Minimised::Length | Minimised::Mass => return None,
         };
-        if let Some(own) = network.requirements.iter().find(|requirement| requirement.name == *name) {
+        let names = network.requirement_names();
+        if let Some(own) = names.iter().position(|own| own == name).map(|k| &network.requirements[k]) {
             let all = (0..scenario.steps.len().max(1)).collect();
             let why = never_acts(scenario, own, own.steps.as_ref().unwrap_or(&all))?;
             return fault(why, "name another requirement, or other steps of it".to_owned());
         }
-        let known = ["length", "mass", "worst margin"].into_iter();
-        let known = known.chain(network.requirements.iter().map(|requirement| requirement.name.as_str()));
+        let limits = network.requirements.iter().zip(&names).filter(|(own, _)| own.name == *name);
+        let limits: Vec<String> = limits.map(|(_, distinct)| format!("\"{distinct}\"")).collect();
+        if !limits.is_empty() {
+            let message = format!("`{name}` is the name of {} requirements", limits.len());
+            return fault(message, format!("name one of them: {}", limits.join(", ")));
+        }
+        let known = ["length", "mass", "worst margin"].into_iter().chain(names.iter().map(String::as_str));
         fault(format!("there is no requirement `{name}` to minimise"), did_you_mean(name, known))
     });
     let counts = optimise.variables.iter().map(|variable| match &variable.choice {

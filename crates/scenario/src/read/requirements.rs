@@ -209,6 +209,9 @@ fn parts(entry: &Entry<'_>, measure: Measure, known: &Named<'_, '_>) -> Option<(
             let message = format!("{}: cables do not touch each other in this scenario", entry.label);
             entry.fault_at("between", message, "write [contact] with cables = true");
         }
+        if measure == Measure::Clearance && refuse_common(entry, &one.1, &other.1, known) {
+            return None;
+        }
         return Some((one.1, other.1));
     }
     let all = |family| all(family, known);
@@ -247,6 +250,29 @@ fn parts(entry: &Entry<'_>, measure: Measure, known: &Named<'_, '_>) -> Option<(
         return None;
     }
     Some((parts, obstacles))
+}
+
+/// Refuses a clearance between parts that all have cable in common, between which there is no distance. Groups of
+/// branches may overlap: a branch is then measured from the others.
+fn refuse_common(entry: &Entry<'_>, one: &[Part], other: &[Part], known: &Named<'_, '_>) -> bool {
+    let common = |(a, b): (&Part, &Part)| match (*a, *b) {
+        (Part::Branch { branch, from, to }, Part::Branch { branch: second, from: start, to: end }) => {
+            let own = &known.branches[branch];
+            let (from, to) = (from.max(start), to.min(end).min(own.length));
+            (branch == second && from < to).then_some((&own.name, from, to))
+        }
+        _ => None,
+    };
+    let pairs = one.iter().flat_map(|a| other.iter().map(move |b| (a, b)));
+    let Some(all) = pairs.map(common).collect::<Option<Vec<_>>>() else { return false };
+    let Some((name, from, to)) = all.first() else { return false };
+    let message = format!(
+        "the parts of {} have branch \"{name}\" from s = {from} m to {to} m in common: there is no clearance between \
+         them",
+        entry.label
+    );
+    entry.fault_at("between", message, "name parts without common cable: other branches, or other `from` and `to`");
+    true
 }
 
 /// All parts of a family.

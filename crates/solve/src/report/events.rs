@@ -2,7 +2,7 @@
 
 use super::log::{EventLog, Occurrence};
 use crate::report::clearance::{Cables, clearances, keep_least};
-use crate::report::spans;
+use crate::report::spans::{self, Spans};
 use crate::report::twist_loss::RESOLVED_TURN;
 use crate::steps::certificate::FEASIBLE;
 use std::collections::BTreeMap;
@@ -65,7 +65,7 @@ pub(crate) fn log_increment(
     problem: &mut Problem<'_>,
     state: &State,
     end: &StepResult,
-    cables: &Cables<'_>,
+    (cables, spans): (&Cables<'_>, &Spans),
     (stop, all): (&Stop, bool),
 ) {
     bends(log, end);
@@ -76,7 +76,7 @@ pub(crate) fn log_increment(
     slides(log, end);
     insertions(log, end);
     coarse_meshes(log, problem, state);
-    for span in spans::overstretched(problem, state) {
+    for span in spans::overstretched(problem.network, spans) {
         log.raise(span);
     }
     if end.stable == Some(false) {

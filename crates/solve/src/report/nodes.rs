@@ -6,8 +6,9 @@
 //! - The rotation half-way between the frames of both segments is short of that at the node by `(ℓ₀ ℓ₁/8) κ′`.
 //! - A coupling has the moment about x_i, in balance with the lumped loads: from node to node it changes by `−e × n_j`
 //!   with the force n_j of the segment. The moment in the rod changes by `−∫ x′ × n ds = −(e + Δo) × n + (ℓ²/12) Δx′ ×
-//!   w`. The sum of the differences from the station before is what the coupling's moment lacks. At the end at a joint
-//!   that the rod does not run through, that is `−o × n`.
+//!   w`, and where w is not even, so that the force is curved within the segment, by `(ℓ³/24) x′ × w′` besides. The sum
+//!   of the differences from the station before is what the coupling's moment lacks. At the end at a joint that the rod
+//!   does not run through, that is `−o × n`.
 //! - The curvature is that under this moment.
 
 use wireloom_core::equilibrium::BranchResult;
@@ -74,6 +75,10 @@ pub fn refine(
         } else {
             lag -= (offset(node) - offset(j)).cross(&forces[j]) + shape.edge(j).cross(&shifts[j]);
             lag += (tangent(node) - tangent(j)).cross(&weight(j)) * (l[j] * l[j] / 12.0);
+            let is_inner = |node: usize| node > 0 && node < n && mesh.station_frame(node).is_none();
+            let [before, after] = [j - usize::from(is_inner(j)), j + usize::from(is_inner(j + 1))];
+            let growth = (weight(after) - weight(before)) / (after - before).max(1) as f64;
+            lag += (tangent(node) + tangent(j)).cross(&growth) * (l[j] * l[j] / 48.0);
         }
         result.moment[node] += lag;
         bend(node, result.frame[node].inverse() * result.moment[node]);

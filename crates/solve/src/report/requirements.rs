@@ -7,9 +7,10 @@ use super::lines;
 use super::part::{self, Local, PartOfBranch};
 use super::result;
 use super::sheet::Found;
-use super::spans::{self, EndKnown, Piece, Spans};
+use super::spans::{CableSpan, EndKnown, Piece, Spans};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
@@ -23,11 +24,13 @@ const STRAIGHT: f64 = 1.02;
 const BUCKLED: f64 = 1.1;
 /// Depth to which contact lets a cable into what it touches between its contact points, as a fraction of its radius.
 const TOUCHING: f64 = 0.02;
+/// Distance of arc lengths at which they are the same, as a fraction of the length of the branch.
+const SAME_PLACE: f64 = 1e-9;
 /// Distance that a branch moves in an increment in which it is not at rest, as a fraction of its diameter.
 const MOVING: f64 = 0.01;
 
-/// Results of branches, constraints and operations, and the cables.
-type Results<'a> = (&'a [BranchResult], &'a [ConstraintResult], &'a [OperationResult], &'a Cables<'a>);
+/// Results of branches, constraints and operations.
+type Results<'a> = (&'a [BranchResult], &'a [ConstraintResult], &'a [OperationResult]);
 
 /// An equilibrium, as far as requirements are about it.
 pub(crate) struct Equilibrium<'a> {
@@ -48,7 +51,7 @@ pub(crate) struct Equilibrium<'a> {
     /// Index of the step; `None` before the first one.
     pub step: Option<usize>,
     /// Spans between held places.
-    pub spans: Spans,
+    pub spans: &'a Spans,
     /// Of each span the error of its reach, and its pressure along the chord where that may buckle it.
     of_spans: Vec<(f64, Option<Found>)>,
     /// The cables, for distances between them and from obstacles.
@@ -63,9 +66,9 @@ impl<'a> Equilibrium<'a> {
     /// The equilibrium at `state`, with its results; `began`: the state at the beginning of the increment.
     pub fn new<'n: 'a>(
         problem: &mut Problem<'n>,
-        state: &State,
-        began: &State,
-        (branches, constraints, operations, cables): Results<'a>,
+        (state, began): (&State, &State),
+        (branches, constraints, operations): Results<'a>,
+        (cables, spans): (&'a Cables<'a>, &'a Spans),
         errors: &'a [NodalErrors],
         (step, ends_step): (Option<usize>, bool),
     ) -> Self {
@@ -87,7 +90,7 @@ impl<'a> Equilibrium<'a> {
             at_rest + problem.shape(state, b).extra_curvature.first().map_or(0.0, |extra| extra.z)
         });
         let rest_twists = rest_twists.collect();
-        let (moved, spans) = (moved.collect(), Spans::new(problem, state));
+        let moved = moved.collect();
         let mut equilibrium = Self {
             network,
             branches,
@@ -192,24 +195,25 @@ impl<'a> Equilibrium<'a> {
 
     /// Error of the position of a branch at an arc length, m.
     fn position_error(&self, branch: usize, s: f64) -> f64 {
-        let nodes = &self.branches[branch].s;
-        let after = nodes.partition_point(|node| *node < s).clamp(1, nodes.len() - 1);
-        self.errors[branch].position[after - 1].max(self.errors[branch].position[after])
+        let segments = segments_at(&self.branches[branch].s, s);
+        let nodes = *segments.start()..=segments.end() + 1;
+        self.errors[branch].position[nodes].iter().copied().fold(0.0, f64::max)
     }
 
     /// Error of the line through the nodes of a branch at an arc length, m: that of their positions, and the height of
     /// the centre line over the chord between them, `ℓ²/(8 R)`.
     fn line_error(&self, branch: usize, s: f64) -> f64 {
         let own = &self.branches[branch];
-        let after = own.s.partition_point(|node| *node < s).clamp(1, own.s.len() - 1);
-        let length = own.s[after] - own.s[after - 1];
-        let height = length * length / (8.0 * own.bend_radius[after - 1].min(own.bend_radius[after]));
-        self.position_error(branch, s) + height
+        let height = |segment: usize| {
+            let length = own.s[segment + 1] - own.s[segment];
+            length * length / (8.0 * own.bend_radius[segment].min(own.bend_radius[segment + 1]))
+        };
+        self.position_error(branch, s) + segments_at(&own.s, s).map(height).fold(0.0, f64::max)
     }
 
     /// Error of the distance that a span bridges over its length: that of the positions of those of its ends that are
     /// not held. The true value is no larger than one and the largest strain: a chord is no longer than its cable.
-    fn reach_error(&self, span: &spans::Span) -> f64 {
+    fn reach_error(&self, span: &CableSpan) -> f64 {
         let error = |((branch, s), known): ((usize, f64), EndKnown)| match known {
             EndKnown::Place => 0.0,
             // Where the ring is on the cable is as uncertain as where the cable is.
@@ -293,8 +297,8 @@ impl<'a> Equilibrium<'a> {
                 let mut bends = Vec::new();
                 places(false, &mut bends, &|place| 1.0 / place.bend_radius, &error);
                 found.extend(bends.into_iter().map(|bend| {
-                    let (radius, doubt) = (1.0 / bend.value, bend.error.unwrap_or(0.0));
-                    let error = if radius.is_finite() { radius - 1.0 / (bend.value + doubt) } else { 0.0 };
+                    let radius = 1.0 / bend.value;
+                    let error = radius_error(requirement, radius, bend.error.unwrap_or(0.0));
                     Found { value: radius, error: Some(error), ..bend }
                 }));
             }
@@ -316,8 +320,8 @@ impl<'a> Equilibrium<'a> {
             }
             Measure::Turns => {
                 let place = EventPlace { branch: Some(branch.name.clone()), ..EventPlace::default() };
-                // The integral of the error of the torsion.
-                let pairs = branch.s.windows(2).zip(errors.torsion.windows(2));
+                // The integral of the error of the twist.
+                let pairs = branch.s.windows(2).zip(errors.twist.windows(2));
                 let turned: f64 = pairs.map(|(s, e)| 0.5 * (e[0] + e[1]) * (s[1] - s[0])).sum();
                 found.push(Found { error: Some(turned / TAU), ..at(branch.twist_turns.abs(), place) });
             }
@@ -425,7 +429,7 @@ impl<'a> Equilibrium<'a> {
     /// Force with which a straight span is pressed along its chord, N, and that above which it is not stable even
     /// between clamped ends. A span that has buckled bears at most 1 % more while it is nearly straight (Timoshenko &
     /// Gere 1961, section 2.7). None where something supports the span from the side.
-    fn pressed(&self, span: &spans::Span) -> Option<Found> {
+    fn pressed(&self, span: &CableSpan) -> Option<Found> {
         let touches = |piece: &Piece| self.contact_forces.keys().any(|(touching, _)| *touching == piece.branch);
         if !span.alone || span.pieces.iter().any(touches) {
             return None;
@@ -474,4 +478,45 @@ fn in_touch(distance: f64, radius: f64) -> f64 {
 
 fn at(value: f64, place: EventPlace) -> Found {
     Found { value, error: None, limit: None, place }
+}
+
+/// Segments between these nodes at an arc length: at a node those on both sides of it.
+fn segments_at(nodes: &[f64], s: f64) -> RangeInclusive<usize> {
+    let (last, near) = (nodes.len() - 2, SAME_PLACE * nodes[nodes.len() - 1]);
+    let first = nodes.partition_point(|node| *node < s - near).saturating_sub(1);
+    let behind = nodes.partition_point(|node| *node <= s + near).saturating_sub(1);
+    first.min(last)..=behind.min(last)
+}
+
+/// Error of a bend radius R (m) whose curvature has the error e (1/m): by so much the true one may be smaller, and
+/// where it has a greatest value larger, infinitely where the cable may be straight.
+fn radius_error(requirement: &Requirement, radius: f64, e: f64) -> f64 {
+    if !radius.is_finite() {
+        return 0.0;
+    }
+    let below = radius - 1.0 / (1.0 / radius + e);
+    let above = 1.0 / (1.0 / radius - e).max(0.0) - radius;
+    if requirement.max.is_some() { above.max(below) } else { below }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The segment behind a node may be the longer one: the cable is farther from its chord.
+    #[test]
+    fn a_node_is_in_the_segments_on_both_sides_of_it() {
+        let nodes = [0.0, 0.1, 0.2, 0.5];
+        for (s, segments) in [
+            (0.0, 0..=0),
+            (0.05, 0..=0),
+            (0.1, 0..=1),
+            (0.2 - 1e-13, 1..=2),
+            (0.2 + 1e-13, 1..=2),
+            (0.3, 2..=2),
+            (0.5, 2..=2),
+        ] {
+            assert_eq!(segments_at(&nodes, s), segments, "{s}");
+        }
+    }
 }

@@ -25,6 +25,8 @@ pub(crate) struct Piece {
     pub s: [f64; 2],
     /// 1 + ε, ε being the strain by temperature.
     free: f64,
+    /// Length of the hub between the piece before it in the span and this one, m; 0 where there is none.
+    hub: f64,
 }
 
 impl Piece {
@@ -49,6 +51,18 @@ impl Piece {
     }
 }
 
+/// Pieces in the opposite order.
+fn turned(pieces: &[Piece]) -> Vec<Piece> {
+    // The hub before a piece is then that behind it.
+    let behind = |k: usize| pieces.get(k + 1).map_or(0.0, |piece| piece.hub);
+    (0..pieces.len()).rev().map(|k| Piece { hub: behind(k), ..pieces[k].turned() }).collect()
+}
+
+/// Length without a force, with the hubs between its pieces, m.
+fn length(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|piece| piece.hub + piece.length()).sum()
+}
+
 /// What is known of an end of a span.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum EndKnown {
@@ -61,7 +75,7 @@ pub(crate) enum EndKnown {
 }
 
 /// Cable between two places; each is held, or an end or a joint that nothing holds.
-pub(crate) struct Span {
+pub(crate) struct CableSpan {
     /// Its pieces, in order.
     pub pieces: Vec<Piece>,
     /// Length without a force, at its temperature, with the lever arms of hubs, m.
@@ -77,7 +91,7 @@ pub(crate) struct Span {
     pub alone: bool,
 }
 
-impl Span {
+impl CableSpan {
     /// Middle of its first piece on a branch.
     pub fn place(&self, network: &Network, branch: usize) -> EventPlace {
         let own = self.pieces.iter().find(|piece| piece.branch == branch).unwrap_or(&self.pieces[0]);
@@ -90,23 +104,65 @@ impl Span {
         [(first.branch, first.s[0]), (last.branch, last.s[1])]
     }
 
-    /// Force above which it is not stable while it is straight, even between clamped ends, N: Rayleigh's quotient for
-    /// the shape `1 − cos(2πs/L)`, `(2π/L)² Σ EI (2/L) ∫ cos²(2πs/L) ds` with the smaller EI of each piece. With one
-    /// section it is Euler's `4 π² EI/L²` (Timoshenko & Gere 1961, sections 2.2 and 2.8).
+    /// Force above which it is not stable while it is straight, even between clamped ends, N: Rayleigh's quotient
+    /// `∫ EI κ² ds / ∫ θ² ds` (Timoshenko & Gere 1961, sections 2.2 and 2.8), with the smaller EI of each piece.
+    ///
+    /// The cable has the curvature `κ = cos kx − α − β s` with `k = 2π/L`, x being the length of cable before a place,
+    /// s that with hubs, and L that of all cable; hubs have none. α and β leave the ends where and as they are clamped:
+    /// `∫ κ dx = ∫ s κ dx = 0`. θ is the slope, `sin(kx)/k − α x − β ∫ s dx`. With one section and no hub this is
+    /// Euler's `4 π² EI/L²`.
     pub fn euler(&self, network: &Network) -> f64 {
-        let k = 2.0 * PI / self.length;
-        // ∫ cos²(ks) ds from 0 to s.
-        let integral = |s: f64| 0.5 * s + (2.0 * k * s).sin() / (4.0 * k);
-        let (mut s, mut sum) = (0.0, 0.0);
+        let cable: f64 = self.pieces.iter().map(|piece| piece.length()).sum();
+        let k = 2.0 * PI / cable;
+        // Places of the cable: weight, x, s, ∫ s dx and EI; of hubs: length, x and ∫ s dx.
+        let (mut places, mut hubs) = (Vec::new(), Vec::new());
+        let (mut before, mut rigid, mut area) = (0.0, 0.0, 0.0);
         for piece in &self.pieces {
             let [one, other] = network.branches[piece.branch].section.bending_stiffness;
-            let before = s;
-            s += piece.length();
-            sum += one.min(other) * (integral(s) - integral(before));
+            rigid += piece.hub;
+            hubs.push((piece.hub, before, area));
+            let (length, behind) = (piece.length(), before + piece.length());
+            let area_to = |x: f64| area + (x - before) * (rigid + 0.5 * (x + before));
+            let cells = (CELLS * length / cable).ceil().max(1.0);
+            let half = 0.5 * length / cells;
+            for cell in 0..cells as usize {
+                let middle = before + (2.0 * cell as f64 + 1.0) * half;
+                places.extend(GAUSS.map(|(at, weight)| {
+                    let x = middle + half * at;
+                    (half * weight, x, x + rigid, area_to(x), one.min(other))
+                }));
+            }
+            area = area_to(behind);
+            before = behind;
         }
-        k * k * (2.0 / self.length) * sum
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 { places.iter().map(|&(w, x, s, ..)| w * of(x, s)).sum() };
+        let (first, second) = (sum(&|_, s| s), sum(&|_, s| s * s));
+        let (turn, shift) = (sum(&|x, _| (k * x).cos()), sum(&|x, s| s * (k * x).cos()));
+        let determinant = cable * second - first * first;
+        let alpha = (second * turn - first * shift) / determinant;
+        let beta = (cable * shift - first * turn) / determinant;
+        let slope = |x: f64, area: f64| (k * x).sin() / k - alpha * x - beta * area;
+        let bending = places.iter().map(|&(w, x, s, _, stiffness)| {
+            let curvature = (k * x).cos() - alpha - beta * s;
+            w * stiffness * curvature * curvature
+        });
+        let of_cable = places.iter().map(|&(w, x, _, area, _)| w * slope(x, area).powi(2));
+        let of_hubs = hubs.iter().map(|&(length, x, area)| length * slope(x, area).powi(2));
+        bending.sum::<f64>() / of_cable.chain(of_hubs).sum::<f64>()
     }
 }
+
+/// Number of cells of the quadrature over the cable of a span.
+const CELLS: f64 = 16.0;
+/// Places from −1 to 1 and weights of the quadrature of Gauss and Legendre with five places (Abramowitz & Stegun 1964,
+/// table 25.4).
+const GAUSS: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
+];
 
 /// Cable between two vertices: points of the network that are held, end a cable or are joints.
 struct Edge {
@@ -122,22 +178,14 @@ impl Edge {
     fn turned(mut self) -> Self {
         self.vertices.reverse();
         self.levers.reverse();
-        self.pieces = self.pieces.into_iter().rev().map(Piece::turned).collect();
+        self.pieces = turned(&self.pieces);
         self
-    }
-
-    fn length(&self) -> f64 {
-        self.pieces.iter().map(|piece| piece.length()).sum()
-    }
-
-    fn other(&self, vertex: usize) -> usize {
-        if self.vertices[0] == vertex { self.vertices[1] } else { self.vertices[0] }
     }
 }
 
 /// Spans of a harness, and those of each branch.
 pub(crate) struct Spans {
-    pub all: Vec<Span>,
+    pub all: Vec<CableSpan>,
     of_branch: Vec<Vec<usize>>,
     /// Strain of each branch by temperature.
     pub free_strains: Vec<f64>,
@@ -164,9 +212,9 @@ impl Spans {
                 true => EndKnown::Place,
                 false => EndKnown::No,
             });
-            all.push(Span {
+            all.push(CableSpan {
                 pieces: edge.pieces.clone(),
-                length: edge.length(),
+                length: length(&edge.pieces),
                 chord: (position(b) - position(a)).norm(),
                 tolerance: if ends_held == [true; 2] { ROUND_OFF } else { LARGE_STRAIN },
                 known,
@@ -259,6 +307,7 @@ fn edges(network: &Network, state: &State, strains: &[f64], held: &[bool], suppo
                     nodes: [from, to],
                     s: [s[from], s[to]],
                     free: 1.0 + strains[index],
+                    hub: 0.0,
                 }],
                 alone: !supported[first + from + 1..first + to].contains(&true),
             });
@@ -280,7 +329,7 @@ fn incidence<'e>(edges: impl IntoIterator<Item = &'e Edge>) -> Incidence {
     at
 }
 
-/// Edges that go on through joints of two arms without lever arms that nothing holds.
+/// Edges that go on through joints of two arms that nothing holds, also through hubs.
 fn joined(network: &Network, held: &[bool], supported: &[bool], edges: Vec<Edge>) -> Vec<Edge> {
     let mut at = incidence(&edges);
     let mut edges: Vec<Option<Edge>> = edges.into_iter().map(Some).collect();
@@ -292,10 +341,14 @@ fn joined(network: &Network, held: &[bool], supported: &[bool], edges: Vec<Edge>
         let (Some(one), Some(other)) = (edges[a].take(), edges[b].take()) else { continue };
         let one = if one.vertices[1] == point { one } else { one.turned() };
         let other = if other.vertices[0] == point { other } else { other.turned() };
-        if one.levers[1] + other.levers[0] > 0.0 {
+        // What is held is the end of an arm on the hub: the hub turns about it.
+        if one.pieces.is_empty() || other.pieces.is_empty() {
             (edges[a], edges[b]) = (Some(one), Some(other));
             continue;
         }
+        let hub = joint.frame.map_or(0.0, |_| (joint.arms[1].offset - joint.arms[0].offset).norm());
+        let mut behind = other.pieces;
+        behind[0].hub = hub;
         for index in at.entry(other.vertices[1]).or_default() {
             if *index == b {
                 *index = a;
@@ -305,7 +358,7 @@ fn joined(network: &Network, held: &[bool], supported: &[bool], edges: Vec<Edge>
             vertices: [one.vertices[0], other.vertices[1]],
             levers: [one.levers[0], other.levers[1]],
             alone: one.alone && other.alone && !supported[point],
-            pieces: [one.pieces, other.pieces].concat(),
+            pieces: [one.pieces, behind].concat(),
         });
     }
     edges.into_iter().flatten().collect()
@@ -313,36 +366,42 @@ fn joined(network: &Network, held: &[bool], supported: &[bool], edges: Vec<Edge>
 
 /// Of the shortest ways between two held places through joints that nothing holds, for each branch the one that bridges
 /// the largest distance for its length.
-fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge]) -> Vec<Span> {
-    let at = incidence(edges);
-    let mut found: Vec<Span> = Vec::new();
+fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge]) -> Vec<CableSpan> {
+    let mut ways = Ways::new(held, edges);
+    let mut found: Vec<CableSpan> = Vec::new();
     let mut worst: Vec<Option<usize>> = vec![None; network.branches.len()];
-    for &source in at.keys().filter(|vertex| held[**vertex]) {
-        let reached = shortest_ways(source, held, edges, &at);
-        for (&end, &(length, _)) in reached.iter().filter(|(end, _)| held[**end] && **end > source) {
-            let way = way_back(end, &reached, edges);
-            let chord = (state.points[end] - state.points[source]).norm();
-            let mut branches: Vec<usize> = way.iter().flat_map(|e| &edges[*e].pieces).map(|p| p.branch).collect();
-            branches.retain(|b| worst[*b].is_none_or(|k: usize| chord * found[k].length > found[k].chord * length));
+    for source in 0..ways.vertices.len() {
+        if ways.open[source] {
+            continue;
+        }
+        ways.search(source);
+        for end in source + 1..ways.vertices.len() {
+            let Some((length, _)) = ways.reached[end].filter(|_| !ways.open[end]) else { continue };
+            let chord = (state.points[ways.vertices[end]] - state.points[ways.vertices[source]]).norm();
+            let is_worse = |b: usize| worst[b].is_none_or(|k| chord * found[k].length > found[k].chord * length);
+            let branches = ways.back_from(end).flat_map(|(e, _)| &edges[e].pieces).map(|piece| piece.branch);
+            let branches: Vec<usize> = branches.filter(|b| is_worse(*b)).collect();
+            if branches.is_empty() {
+                continue;
+            }
+            let way: Vec<Via> = ways.back_from(end).collect();
             // A single cable without lever arms is known already.
-            let is_known = matches!(way[..], [single] if edges[single].levers == [0.0; 2]);
-            if is_known || branches.is_empty() {
+            if matches!(way[..], [(single, _)] if edges[single].levers == [0.0; 2]) {
                 continue;
             }
             for b in branches {
                 worst[b] = Some(found.len());
             }
-            let (mut pieces, mut vertex) = (Vec::new(), source);
-            for edge in way.iter().rev().map(|e| &edges[*e]) {
-                if edge.vertices[0] == vertex {
+            let mut pieces = Vec::new();
+            for (edge, from) in way.iter().rev().map(|(e, from)| (&edges[*e], ways.vertices[*from])) {
+                if edge.vertices[0] == from {
                     pieces.extend(&edge.pieces);
                 } else {
-                    pieces.extend(edge.pieces.iter().rev().map(|piece| piece.turned()));
+                    pieces.extend(turned(&edge.pieces));
                 }
-                vertex = edge.other(vertex);
             }
             let mut span =
-                Span { pieces, length, chord, tolerance: ROUND_OFF, known: [EndKnown::Place; 2], alone: false };
+                CableSpan { pieces, length, chord, tolerance: ROUND_OFF, known: [EndKnown::Place; 2], alone: false };
             let ends = [span.pieces.first(), span.pieces.last()];
             for (k, piece) in ends.into_iter().enumerate() {
                 if piece.is_some_and(|piece| slides(network, piece.branch, piece.nodes[k])) {
@@ -357,52 +416,82 @@ fn most_stretched(network: &Network, state: &State, held: &[bool], edges: &[Edge
     found.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(span, _)| span).collect()
 }
 
-/// Vertices reached from a held one, through those that nothing holds (Dijkstra 1959): length of the shortest way, m,
-/// and its last edge.
-fn shortest_ways(source: usize, held: &[bool], edges: &[Edge], at: &Incidence) -> BTreeMap<usize, (f64, usize)> {
-    let mut reached = BTreeMap::new();
-    // Lengths are not negative: their bits are ordered as they are.
-    let mut next = BinaryHeap::from([Reverse((0_u64, source, usize::MAX))]);
-    while let Some(Reverse((length, vertex, via))) = next.pop() {
-        if reached.contains_key(&vertex) {
-            continue;
+/// An edge of a way, and the vertex before it.
+type Via = (usize, usize);
+
+/// The shortest ways from a held vertex to others through those that nothing holds (Dijkstra 1959). Vertices are
+/// numbered in the order of their points.
+struct Ways {
+    /// Points of the vertices.
+    vertices: Vec<usize>,
+    /// Whether a way may go on through each of them.
+    open: Vec<bool>,
+    /// The edges at each of them: length (m), number of the other vertex, and index.
+    at: Vec<Vec<(f64, usize, usize)>>,
+    /// Of each vertex that was reached the length of the way (m), and its last edge with the vertex before that; none
+    /// at the source.
+    reached: Vec<Option<(f64, Option<Via>)>>,
+}
+
+impl Ways {
+    fn new(held: &[bool], edges: &[Edge]) -> Self {
+        let mut vertices: Vec<usize> = edges.iter().flat_map(|edge| edge.vertices).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let number = |vertex: usize| vertices.binary_search(&vertex).expect("a vertex of an edge");
+        let mut at = vec![Vec::new(); vertices.len()];
+        for (index, edge) in edges.iter().enumerate() {
+            let [a, b] = edge.vertices.map(number);
+            let length = length(&edge.pieces) + edge.levers.iter().sum::<f64>();
+            at[a].push((length, b, index));
+            at[b].push((length, a, index));
         }
-        reached.insert(vertex, (f64::from_bits(length), via));
-        if vertex == source || !held[vertex] {
-            for &e in &at[&vertex] {
-                let on = f64::from_bits(length) + edges[e].length() + edges[e].levers.iter().sum::<f64>();
-                next.push(Reverse((on.to_bits(), edges[e].other(vertex), e)));
+        let open = vertices.iter().map(|vertex| !held[*vertex]).collect();
+        let reached = vec![None; vertices.len()];
+        Self { vertices, open, at, reached }
+    }
+
+    /// Finds the ways from a vertex.
+    fn search(&mut self, source: usize) {
+        self.reached.fill(None);
+        // Lengths are not negative: their bits are ordered as they are.
+        let mut next = BinaryHeap::from([Reverse((0_u64, source, None))]);
+        while let Some(Reverse((length, vertex, via))) = next.pop() {
+            let length = f64::from_bits(length);
+            if self.reached[vertex].is_some() {
+                continue;
+            }
+            self.reached[vertex] = Some((length, via));
+            if vertex == source || self.open[vertex] {
+                let ahead = self.at[vertex].iter().filter(|(_, other, _)| self.reached[*other].is_none());
+                next.extend(
+                    ahead.map(|&(own, other, e)| Reverse(((length + own).to_bits(), other, Some((e, vertex))))),
+                );
             }
         }
     }
-    reached
-}
 
-/// Edges of the way to a vertex, the last one first.
-fn way_back(end: usize, reached: &BTreeMap<usize, (f64, usize)>, edges: &[Edge]) -> Vec<usize> {
-    let (mut way, mut vertex) = (Vec::new(), end);
-    while let Some(&(_, via)) = reached.get(&vertex).filter(|(_, via)| *via != usize::MAX) {
-        way.push(via);
-        vertex = edges[via].other(vertex);
+    /// Edges of the way to a vertex, the last one first, each with the vertex before it.
+    fn back_from(&self, end: usize) -> impl Iterator<Item = Via> {
+        let last = move |vertex: usize| self.reached[vertex].and_then(|(_, via)| via);
+        std::iter::successors(last(end), move |&(_, before)| last(before))
     }
-    way
 }
 
 /// Events of spans that are shorter than the distance they must bridge.
-pub fn overstretched(problem: &Problem<'_>, state: &State) -> Vec<Occurrence> {
-    let spans = Spans::new(problem, state).all.into_iter();
-    let too_short = spans.filter(|span| span.chord > span.length * (1.0 + span.tolerance));
-    let event = |span: Span| {
+pub fn overstretched(network: &Network, spans: &Spans) -> Vec<Occurrence> {
+    let too_short = spans.all.iter().filter(|span| span.chord > span.length * (1.0 + span.tolerance));
+    let event = |span: &CableSpan| {
         let (first, last) = (span.pieces[0], span.pieces[span.pieces.len() - 1]);
-        let name = |branch: usize| &problem.network.branches[branch].name;
+        let name = |branch: usize| &network.branches[branch].name;
         let [from, to] = [first.s[0], last.s[1]];
         let to_branch =
             if first.branch == last.branch { String::new() } else { format!(" of `{}`", name(last.branch)) };
         let from_branch = if to_branch.is_empty() { String::new() } else { format!(" of `{}`", name(first.branch)) };
-        let Span { length, chord, .. } = span;
+        let CableSpan { length, chord, .. } = *span;
         Occurrence {
             kind: EventKind::Overstretched,
-            place: span.place(problem.network, first.branch),
+            place: span.place(network, first.branch),
             value: Some(chord),
             limit: Some(length),
             message: format!(

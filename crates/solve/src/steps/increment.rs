@@ -3,6 +3,7 @@
 use super::driver::{Driver, is_balanced};
 use crate::report::clearance::Cables;
 use crate::report::passage::Passage;
+use crate::report::spans::Spans;
 use crate::report::{self, Occurrence, TwistMonitor, events, result};
 use crate::steps::certificate::Grade;
 use crate::steps::operations;
@@ -94,8 +95,10 @@ impl Driver<'_, '_> {
         }
         let mut end = self.step_result(step, increment, status, seconds());
         let cables = Cables::new(self.problem.network, &end.branches);
-        self.check_at_end(&end, &cables, ends_step);
-        events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, &cables, (&self.stop, all));
+        let spans = Spans::new(&self.problem, &self.state);
+        let measured = (&cables, &spans);
+        self.check_at_end(&end, measured, ends_step);
+        events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, measured, (&self.stop, all));
         end.violations = self.log.violations().to_vec();
         if is_balanced(status) {
             self.problem.commit(&self.state);

@@ -3,6 +3,7 @@
 
 use crate::report::clearance::Cables;
 use crate::report::discretisation::NodalErrors;
+use crate::report::spans::Spans;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
@@ -251,7 +252,9 @@ impl InteractiveDriver {
         let grade = driver.certify(end.status);
         let step = Step { name: end.name.clone(), increments: end.increments, ..Step::default() };
         driver.step_result(&step, end.increment, grade, 0.0);
-        driver.check_at_end(end, &Cables::new(network, &end.branches), true);
+        let cables = Cables::new(network, &end.branches);
+        let spans = Spans::new(&driver.problem, &driver.state);
+        driver.check_at_end(end, (&cables, &spans), true);
         end.violations = driver.log.violations().to_vec();
         let requirements = driver.log.sheet.lines(network, end.status);
         let (log, certifier) = (driver.log, driver.certifier);

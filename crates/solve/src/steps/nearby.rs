@@ -20,6 +20,7 @@ use crate::contact::multipliers::{self, ContactHistory};
 use crate::report::clearance::Cables;
 use crate::report::requirements::Equilibrium;
 use crate::report::sheet::{Found, Here, Sheet};
+use crate::report::spans::Spans;
 use crate::report::{EventLog, discretisation, result};
 use crate::start::layout;
 use crate::steps::certificate::Certifier;
@@ -555,9 +556,10 @@ fn sheet_of(
     let errors =
         discretisation::estimate(problem, state, &discretisation::Samples::of(problem, state, &end.branches), None);
     let cables = Cables::new(network, &end.branches);
-    let results = (&end.branches[..], &end.constraints[..], &[][..], &cables);
+    let spans = Spans::new(problem, state);
+    let results = (&end.branches[..], &end.constraints[..], &[][..]);
     let at = (Some(moment.step_index), ends_step);
-    let equilibrium = Equilibrium::new(problem, state, state, results, &errors, at);
+    let equilibrium = Equilibrium::new(problem, (state, state), results, (&cables, &spans), &errors, at);
     // Which place is the worst must not depend on estimates of its error.
     let certain = |found: Vec<Found>| found.into_iter().map(|found| Found { error: None, ..found }).collect();
     let found = network.requirements.iter().map(|requirement| certain(equilibrium.values(requirement))).collect();

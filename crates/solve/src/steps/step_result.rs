@@ -6,6 +6,7 @@ use crate::report::deviation;
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
+use crate::report::spans::Spans;
 use crate::steps::certificate::Grade;
 use crate::steps::stability::{Inspection, Stability};
 use wireloom_core::equilibrium::{
@@ -76,11 +77,11 @@ impl Driver<'_, '_> {
 
     /// Checks the requirements at the end of an increment, if that is an equilibrium; `ends_step`: whether it ends its
     /// step.
-    pub(super) fn check_at_end(&mut self, end: &StepResult, cables: &Cables<'_>, ends_step: bool) {
+    pub(super) fn check_at_end(&mut self, end: &StepResult, (cables, spans): (&Cables<'_>, &Spans), ends_step: bool) {
         if is_balanced(end.status) {
-            let results = (&end.branches[..], &end.constraints[..], cables);
+            let results = (&end.branches[..], &end.constraints[..], &end.operations[..]);
             let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
-            self.check(results, &end.operations, (here, ends_step), |_| true);
+            self.check(results, (cables, spans), (here, ends_step), |_| true);
         }
     }
 
@@ -89,7 +90,9 @@ impl Driver<'_, '_> {
         let log = std::mem::take(&mut self.log);
         self.log.begin(Moment { step: end.name.clone(), step_index: 0, increment: 0 });
         self.began.copy_from(&self.state);
-        self.check_at_end(end, &Cables::new(self.problem.network, &end.branches), false);
+        let cables = Cables::new(self.problem.network, &end.branches);
+        let spans = Spans::new(&self.problem, &self.state);
+        self.check_at_end(end, (&cables, &spans), false);
         let start = std::mem::replace(&mut self.log, log);
         end.violations = start.violations().to_vec();
         start.sheet.lines(self.problem.network, end.status)
@@ -106,22 +109,24 @@ impl Driver<'_, '_> {
             let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
             let operations = self.operations.clone();
             let cables = Cables::new(self.problem.network, &branches);
-            self.check((&branches, &constraints, &cables), &operations, (Here::OnTheWay, false), counts);
+            let spans = Spans::new(&self.problem, &self.state);
+            let results = (&branches[..], &constraints[..], &operations[..]);
+            self.check(results, (&cables, &spans), (Here::OnTheWay, false), counts);
         }
     }
 
     /// Checks those requirements that count with these results; `ends_step`: whether the step ends here.
     fn check(
         &mut self,
-        (branches, constraints, cables): (&[BranchResult], &[ConstraintResult], &Cables<'_>),
-        operations: &[OperationResult],
+        results: (&[BranchResult], &[ConstraintResult], &[OperationResult]),
+        measured: (&Cables<'_>, &Spans),
         (here, ends_step): (Here, bool),
         counts: impl Fn(&Requirement) -> bool,
     ) {
         let requirements = &self.problem.network.requirements;
         let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
-        let results = (branches, constraints, operations, cables);
-        let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, &self.errors, step);
+        let states = (&self.state, &self.began);
+        let equilibrium = Equilibrium::new(&mut self.problem, states, results, measured, &self.errors, step);
         let values = |own: &Requirement| if counts(own) { equilibrium.values(own) } else { Vec::new() };
         let found = requirements.iter().map(values).collect();
         self.log.check(requirements, found, here);

@@ -45,17 +45,20 @@ pub(super) struct Line {
 
 impl Line {
     fn new(requirement: usize, line: &RequirementResult, margin: f64) -> Option<Self> {
-        let (worst, moment) = (line.worst.filter(|worst| worst.is_finite())?, line.moment.as_ref()?);
+        let (worst, moment) = (line.worst.filter(|worst| !worst.is_nan())?, line.moment.as_ref()?);
         let limit = line.limit;
         let scale = if limit == 0.0 { 1.0 } else { limit.abs() };
         let sign = if line.bound == Bound::Min { 1.0 } else { -1.0 };
         let error = line.error.unwrap_or(if limit == 0.0 { 0.0 } else { MARGIN_WITHOUT_ERROR * scale });
         let own = (line.bound.gap(worst, limit) - error) / scale;
-        // A radius is the inverse of what bends, in which requirements are nearly linear.
-        let least = worst - error;
-        let bends = line.measure == Measure::BendRadius && line.bound == Bound::Min && limit > 0.0 && least > 0.0;
-        let (kept, kept_slope) =
-            if bends { (1.0 - limit / least, limit / (least * least)) } else { (own, sign / scale) };
+        // A radius is the inverse of what bends, in which requirements are nearly linear; also of a straight cable.
+        let doubted = worst - sign * error;
+        let bends = line.measure == Measure::BendRadius && limit > 0.0 && doubted > 0.0;
+        let (kept, kept_slope) = if bends {
+            (sign * (1.0 - limit / doubted), sign * limit / (doubted * doubted))
+        } else {
+            (own, sign / scale)
+        };
         Some(Self {
             requirement,
             name: parts::whole(&line.name).to_owned(),
@@ -157,6 +160,9 @@ impl<'a> Evaluation<'a> {
                 let words = format!("`{}` has no value in this run", term.of);
                 return Err(NoRun::Failed(words));
             };
+            if !worst.is_finite() {
+                return Err(NoRun::Failed(format!("`{}` is not finite in this run: a cable is straight", term.of)));
+            }
             objective += term.weight * worst;
         }
         Ok(Self { text, values, at, smooth, smooth_gradient: None, lines, objective, verdict, study })

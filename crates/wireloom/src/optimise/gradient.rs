@@ -151,7 +151,8 @@ impl<'a> Search<'a> {
         for ((line, asked), known) in design.lines.iter().zip(asked).zip(known) {
             let other = beside.lines.iter().find(|other| other.is_of(line));
             if let (true, None, Some(other)) = (*asked, known[k], other) {
-                known[k] = Some((other.worst - line.worst) / step);
+                // From or to a straight cable there is no slope.
+                known[k] = Some((other.worst - line.worst) / step).filter(|slope| slope.is_finite());
             }
         }
         Ok(())

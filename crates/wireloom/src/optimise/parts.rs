@@ -1,6 +1,7 @@
 //! Requirements divided into their parts: a requirement on several parts of a harness, or on both ends of a cable, has
 //! a kink where another place becomes its worst. By parts each place has a constraint of its own.
 
+use crate::sensitivity::tell_apart;
 use wireloom_core::Network;
 use wireloom_core::requirement::{Measure, Part, Requirement};
 
@@ -9,6 +10,7 @@ const SEPARATOR: char = '\u{1f}';
 
 /// Divides the requirements of a network: one for each part, of what varies along a cable one for each half of it.
 pub(super) fn divide(network: &mut Network) {
+    tell_apart(network);
     let whole = std::mem::take(&mut network.requirements);
     let divided = whole.into_iter().flat_map(|requirement| {
         let mut parts: Vec<Part> = requirement.of.iter().flat_map(|part| halves(&requirement, part, network)).collect();

@@ -145,7 +145,8 @@ impl Catalogue {
         let same = value.is_some_and(|value| (value - worst).abs() <= 1e-6 * worst.abs());
         let unit = line.measure.unit();
         (!same).then(|| {
-            format!("its worst value, {worst:.4} {unit}, is in step `{}`, increment {}", moment.step, moment.increment)
+            let worst = if worst.is_finite() { format!("{worst:.4} {unit}") } else { "infinite".to_owned() };
+            format!("its worst value, {worst}, is in step `{}`, increment {}", moment.step, moment.increment)
         })
     }
 }

@@ -178,12 +178,12 @@ impl Samples<'_> {
     }
 
     /// Adds to the gradients of a harness those of the edges' and the weight's part of D; `own` are the second
-    /// derivatives of the branch, `weight` is ρ g (N/m).
+    /// derivatives of the branch, `load` is the load per length of a segment (N/m).
     fn add_edges(
         &self,
         problem: &Problem<'_>,
         own: &BranchHessian,
-        weight: impl Fn(usize) -> Vector,
+        load: impl Fn(usize) -> Vector,
         gradient: &mut Tangent,
     ) {
         let mesh = self.branch.rod.mesh();
@@ -221,8 +221,13 @@ impl Samples<'_> {
                     }
                 }
             };
-            let weight = weight(j);
+            let weight = load(j);
             force -= weight * ((lumped(j) - lumped(j + 1)) / l[j]);
+            // A load that grows along the segment is lumped as if it were even. At a station it may end.
+            let is_inner = |node: usize| node > 0 && node < mesh.segments() && mesh.station_frame(node).is_none();
+            let [before, after] = [j - usize::from(is_inner(j)), j + usize::from(is_inner(j + 1))];
+            let slope = (load(after) - load(before)) / (after - before).max(1) as f64;
+            force += slope * (l[j] / 12.0);
             for (node, sign) in [(j, -1.0), (j + 1, 1.0)] {
                 if mesh.station_frame(node).is_some() && !self.fine[j] {
                     force += weight * (sign * STATION_SHIFT * l[j]);

@@ -143,6 +143,22 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// Number of segments of the span from station to station that a coupling is in.
+    pub(super) fn span_of(&self, c: usize) -> usize {
+        let mesh = self.branch.rod.mesh();
+        let node = mesh.coupling_nodes[c];
+        let before = node == mesh.segments() || mesh.station_frame(node) == Some(c + 1);
+        self.span(if before { node - 1 } else { node })
+    }
+
+    /// Number of segments of the span from station to station that a segment is in.
+    pub(super) fn span(&self, j: usize) -> usize {
+        let mesh = self.branch.rod.mesh();
+        let k = mesh.stations.partition_point(|station| *station <= j);
+        let start = k.checked_sub(1).map_or(0, |before| mesh.stations[before]);
+        mesh.stations.get(k).map_or(mesh.segments(), |end| *end) - start
+    }
+
     /// Couplings of a segment with the frames before and after it.
     pub(super) fn couplings(&self, j: usize) -> [Option<usize>; 2] {
         let frame = self.branch.rod.mesh().segment_frames[j];
