@@ -149,7 +149,7 @@ impl Samples<'_> {
     /// Errors of κ at the couplings that are not beside a station, and of the moments there, from the response.
     fn curvature_errors(&self, response: Option<&[Vector]>) -> Vec<Vector> {
         let mesh = self.branch.rod.mesh();
-        let (of_cells, of_edges) = (self.cell_moments(), self.edge_moments());
+        let (of_cells, of_edges) = (&self.cell_moments, &self.edge_moments);
         let error = |c: usize| {
             let node = mesh.coupling_nodes[c];
             let lambda = self.shape.coupling_lengths[c];
@@ -186,7 +186,10 @@ impl Samples<'_> {
         let mut errors: Vec<Vector> =
             (0..self.curvature.len()).map(|c| if at_station(c) { alone(c) } else { error(c) }).collect();
         // D is cut off at stations: its derivatives by the first curvatures are far larger than what they cancel to.
-        let of_node = |node: usize| mesh.coupling_nodes.iter().position(|own| *own == node);
+        let of_node = |node: usize| {
+            let first = mesh.coupling_nodes.partition_point(|own| *own < node);
+            (mesh.coupling_nodes.get(first) == Some(&node)).then_some(first)
+        };
         for c in 0..errors.len() {
             let node = mesh.coupling_nodes[c];
             if at_station(c) || !self.fine[node - 1] {

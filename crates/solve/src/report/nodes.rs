@@ -41,15 +41,16 @@ pub fn refine(
     let Segments { shape, forces, shifts } = segments;
     let (n, l) = (mesh.segments(), shape.rest_lengths);
     let places = mesh.frame_places(&result.s);
-    let curvature =
-        |c: usize| (shape.frames[c].inverse() * shape.frames[c + 1]).scaled_axis() / shape.coupling_lengths[c];
+    let pairs = shape.frames.windows(2).zip(shape.coupling_lengths);
+    let curvature: Vec<Vector> =
+        pairs.map(|(frames, lambda)| (frames[0].inverse() * frames[1]).scaled_axis() / *lambda).collect();
     for (c, &node) in mesh.coupling_nodes.iter().enumerate() {
         let is_end = node == 0 || node == n || c == 0 || c + 1 == mesh.coupling_nodes.len();
         if is_end || mesh.station_frame(node).is_some() || !mesh.is_fine(node - 1) {
             continue;
         }
         let around = [c - 1, c, c + 1];
-        let rate = slope(around.map(|c| 0.5 * (places[c] + places[c + 1])), around.map(curvature));
+        let rate = slope(around.map(|c| 0.5 * (places[c] + places[c + 1])), around.map(|c| curvature[c]));
         result.frame[node] *= Rotation::from_scaled_axis(rate * (l[node - 1] * l[node] / -8.0));
     }
     let tangent = |node: usize| columns(&result.frame[node])[2];

@@ -42,37 +42,37 @@ impl Samples<'_> {
         offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
     }
 
-    /// Factors on x″ in a of a segment, m², with the segments and their ends (0 or 1) where it is taken.
+    /// Factors on x″ in a of a segment, m², that are not 0, with the segments and their ends (0 or 1) where it is taken.
     fn offset_factors(&self, j: usize) -> impl Iterator<Item = (usize, usize, f64)> {
         let mesh = self.branch.rod.mesh();
         let l = self.shape.rest_lengths;
         let square = l[j] * l[j];
-        let mut factors = Vec::with_capacity(5);
-        for end in [0, 1] {
+        let mut factors = [[(j, 0, 0.0); 3]; 2];
+        for (end, factors) in factors.iter_mut().enumerate() {
             let (node, sign) = (j + end, 2.0 * end as f64 - 1.0);
             if !self.fine[j] {
-                factors.push((j, end, (1.0 / 24.0 - 0.5 * self.blend(j, node)) * square * sign));
+                factors[0] = (j, end, (1.0 / 24.0 - 0.5 * self.blend(j, node)) * square * sign);
                 continue;
             }
             if mesh.station_frame(node).is_none() {
                 let other = if end == 0 { j.checked_sub(1) } else { Some(j + 1).filter(|k| *k < l.len()) };
                 let mean = other.map_or(l[j], |other| 0.5 * (l[j] + l[other]));
-                factors.push((j, end, (square - mean * mean) / 24.0 * sign));
+                factors[0] = (j, end, (square - mean * mean) / 24.0 * sign);
                 continue;
             }
             let beside = mesh.beside.iter().find(|beside| beside.segment == j).and_then(|beside| beside.next);
             match (beside, if end == 0 { Some(j + 1) } else { j.checked_sub(1) }) {
                 (Some(_), Some(next)) => {
                     let factor = square * WIDE_STENCIL * sign;
-                    factors.extend([(j, end, factor), (j, 1 - end, -2.0 * factor), (next, 1 - end, factor)]);
+                    *factors = [(j, end, factor), (j, 1 - end, -2.0 * factor), (next, 1 - end, factor)];
                 }
                 _ => {
                     let factor = square / NARROW_STENCIL;
-                    factors.extend([(j, 0, -factor), (j, 1, factor)]);
+                    (factors[0], factors[1]) = ((j, 0, -factor), (j, 1, factor));
                 }
             }
         }
-        factors.into_iter()
+        factors.into_iter().flatten().filter(|(_, _, factor)| *factor != 0.0)
     }
 
     /// Coefficients of κ, κ′ and κ″ at a coupling in the curvatures of the one before, its own and the one after (1,
@@ -97,7 +97,7 @@ impl Samples<'_> {
     }
 
     /// ∂D/∂κ of the couplings, N m², without edges and weight.
-    pub(super) fn cell_moments(&self) -> Vec<Vector> {
+    pub(super) fn moments_of_cells(&self) -> Vec<Vector> {
         let mesh = self.branch.rod.mesh();
         let lambda = self.shape.coupling_lengths;
         let mut moments = vec![Vector::zeros(); self.curvature.len()];
@@ -111,13 +111,14 @@ impl Samples<'_> {
         if !self.branch.rod.couples_pairs() {
             return moments;
         }
-        for c in 0..moments.len() {
-            let Some(coefficients) = self.rates(c) else { continue };
+        let rates: Vec<_> = (0..moments.len()).map(|c| self.rates(c)).collect();
+        for (c, coefficients) in rates.iter().enumerate() {
+            let Some(coefficients) = coefficients else { continue };
             let neighbours = [c - 1, c, c + 1];
             // Cells beside stations have the rate of their neighbours.
             let cells: f64 =
-                neighbours.iter().filter(|k| **k == c || self.rates(**k).is_none()).map(|k| lambda[*k].powi(5)).sum();
-            let derivatives = self.curvature(neighbours, &coefficients).of_cells();
+                neighbours.iter().filter(|k| **k == c || rates[**k].is_none()).map(|k| lambda[*k].powi(5)).sum();
+            let derivatives = self.curvature(neighbours, coefficients).of_cells();
             for (coefficients, derivative) in coefficients.iter().zip(&derivatives) {
                 for (k, factor) in neighbours.into_iter().zip(coefficients) {
                     moments[k] += derivative * (cells * factor);
@@ -164,7 +165,7 @@ impl Samples<'_> {
 
     /// Adds to the gradients of a harness those of the couplings' part of D.
     fn add_cells(&self, gradient: &mut Tangent) {
-        self.add_moments(&self.cell_moments(), &mut gradient.frames[self.branch.frames.clone()]);
+        self.add_moments(&self.cell_moments, &mut gradient.frames[self.branch.frames.clone()]);
     }
 
     /// Adds the gradient of `Σ_c μ·κ` with these μ (N m²).
@@ -250,11 +251,11 @@ impl Samples<'_> {
                 }
             }
         }
-        self.add_moments(&self.edge_moments(), frames);
+        self.add_moments(&self.edge_moments, frames);
     }
 
     /// ∂D/∂κ of the couplings, N m², of the edges' part of D.
-    pub(super) fn edge_moments(&self) -> Vec<Vector> {
+    pub(super) fn moments_of_edges(&self) -> Vec<Vector> {
         let mut moments = vec![Vector::zeros(); self.curvature.len()];
         self.add_station_moments(&mut moments);
         for j in (0..self.forces.len()).filter(|j| self.fine[*j] && self.alignment > 0.0) {

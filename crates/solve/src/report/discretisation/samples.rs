@@ -35,6 +35,9 @@ pub(crate) struct Samples<'a> {
     pub(super) forces: Vec<Vector>,
     /// x″ at the start and at the end of each segment, 1/m, world.
     pub(super) bends: Vec<[Vector; 2]>,
+    /// ∂D/∂κ of the couplings, N m²: without edges and weight, and of these alone.
+    pub(super) cell_moments: Vec<Vector>,
+    pub(super) edge_moments: Vec<Vector>,
 }
 
 impl<'a> Samples<'a> {
@@ -86,6 +89,8 @@ impl<'a> Samples<'a> {
             fine: (0..n).map(|j| branch.rod.couples_pairs() && mesh.is_fine(j) && !touches).collect(),
             forces: vec![Vector::zeros(); n],
             bends: Vec::with_capacity(n),
+            cell_moments: Vec::new(),
+            edge_moments: Vec::new(),
         };
         branch.rod.forces(&samples.shape, &mut samples.forces);
         for c in 0..couplings {
@@ -114,6 +119,8 @@ impl<'a> Samples<'a> {
             });
             samples.bends.push(bends);
         }
+        samples.cell_moments = samples.moments_of_cells();
+        samples.edge_moments = samples.moments_of_edges();
         samples
     }
 
