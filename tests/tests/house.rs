@@ -53,7 +53,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// Crates that any crate may also use in its own tests.
-const FOR_TESTS: &[&str] = &["core", "testkit", "models", "shapes", "scenario"];
+const FOR_TESTS: &[&str] = &["core", "testkit", "models", "shapes", "scenario", "solve"];
 
 /// Crates from outside (a `*` ends a prefix) that one crate of the workspace alone may name.
 const ONE_NAMES: &[(&str, &str)] = &[

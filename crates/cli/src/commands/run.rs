@@ -31,7 +31,7 @@ pub struct Finished {
     /// Nodes and parts of the harness, in words.
     pub size: String,
     /// Number of its notes that were known before it began.
-    built: usize,
+    pub built: usize,
     extremes: Extremes,
     /// The files, and what can be done with them: a line each.
     pub files: Vec<String>,

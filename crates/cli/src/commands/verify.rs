@@ -3,7 +3,7 @@
 use crate::arguments::VerifyArguments;
 use crate::commands::run;
 use crate::failure::{Failure, Outcome};
-use crate::print::sheet;
+use crate::print::{sheet, summary};
 use std::io::Write;
 use wireloom::export::json;
 use wireloom::result::Verdict;
@@ -19,6 +19,7 @@ pub fn verify(arguments: &VerifyArguments, mut out: &mut dyn Write) -> Result<Ou
         Ok(())
     } else {
         sheet::print(&finished.run, out)
+            .and_then(|()| summary::notes(&finished.run.notes, finished.built, out))
             .and_then(|()| finished.files.iter().try_for_each(|line| writeln!(out, "{line}")))
     };
     printed.map_err(Failure::standard_output)?;

@@ -49,8 +49,8 @@ pub fn print(run: &Run, size: &str, extremes: &Extremes, built: usize, out: &mut
     notes(&run.notes, built, out)
 }
 
-/// Notes of the run, then those of the scenario; of many, their number.
-fn notes(notes: &[String], built: usize, out: &mut dyn Write) -> io::Result<()> {
+/// Prints the notes of the run, then those of the scenario; of many, their number.
+pub fn notes(notes: &[String], built: usize, out: &mut dyn Write) -> io::Result<()> {
     let (before, during) = notes.split_at(built.min(notes.len()));
     for (notes, on) in [(during, "the run"), (before, "the scenario")] {
         if notes.len() > NOTES {

@@ -57,6 +57,8 @@ pub fn carry_out(
             }
             if start != Status::Converged {
                 run.notes.push(unbalanced_start_note(start));
+            } else if !schedule.steps.is_empty() {
+                run.notes.extend(driver.start_note());
             }
             driver
         }

@@ -12,7 +12,7 @@ use crate::steps::stability::{Inspection, Stability};
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult,
 };
-use wireloom_core::requirement::Requirement;
+use wireloom_core::requirement::{Requirement, Verdict};
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 use wireloom_core::{Moment, Problem, State, Tangent};
@@ -96,6 +96,27 @@ impl Driver<'_, '_> {
         let start = std::mem::replace(&mut self.log, log);
         end.violations = start.violations().to_vec();
         start.sheet.lines(self.problem.network, end.status)
+    }
+
+    /// A remark if the initial equilibrium, before the first step, fails requirements: it is no increment, so that no
+    /// verdict counts it.
+    pub(super) fn start_note(&mut self) -> Option<String> {
+        if self.problem.network.requirements.is_empty() {
+            return None;
+        }
+        self.starting = true;
+        let status = self.certify(Status::Stalled);
+        let mut end = self.step_result(&Step::default(), 0, status, 0.0);
+        let failed = self.check_start(&mut end).into_iter().filter(|own| own.verdict == Verdict::Fail);
+        let failed: Vec<String> = failed.map(|own| format!("`{}` ({})", own.name, own.measure.word())).collect();
+        self.starting = false;
+        (!failed.is_empty()).then(|| {
+            format!(
+                "before the first step the harness fails {}; verdicts count the increments of steps only, so more \
+                 increments, or the same scenario without steps, tell more",
+                failed.join(", ")
+            )
+        })
     }
 
     /// Checks those requirements that count at an equilibrium on the way through an increment. On the way to the

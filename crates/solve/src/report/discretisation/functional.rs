@@ -42,7 +42,8 @@ impl Samples<'_> {
         offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
     }
 
-    /// Factors on x″ in a of a segment, m², that are not 0, with the segments and their ends (0 or 1) where it is taken.
+    /// Factors on x″ in a of a segment, m², that are not 0, with the segments and their ends (0 or 1) where it is
+    /// taken.
     fn offset_factors(&self, j: usize) -> impl Iterator<Item = (usize, usize, f64)> {
         let mesh = self.branch.rod.mesh();
         let l = self.shape.rest_lengths;
