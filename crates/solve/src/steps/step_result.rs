@@ -68,7 +68,7 @@ impl Driver<'_, '_> {
             None => !self.problem.has_potential() && !self.problem.has_slides(),
         };
         self.errors = self.certifier.discretisation(&mut self.problem, &self.state, &branches, hessian);
-        for (branch, errors) in branches.iter_mut().zip(&self.errors) {
+        for (branch, errors) in branches.iter_mut().zip(&self.all_errors()) {
             branch.error = errors.largest(branch);
         }
         branches
@@ -121,7 +121,8 @@ impl Driver<'_, '_> {
         let requirements = &self.problem.network.requirements;
         let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
         let results = (branches, constraints, operations, cables);
-        let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, &self.errors, step);
+        let errors = self.all_errors();
+        let equilibrium = Equilibrium::new(&mut self.problem, &self.state, &self.began, results, &errors, step);
         let values = |own: &Requirement| if counts(own) { equilibrium.values(own) } else { Vec::new() };
         let found = requirements.iter().map(values).collect();
         self.log.check(requirements, found, here);
