@@ -238,7 +238,10 @@ fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::R
             group.cases.len()
         );
     }
-    let equilibria = counted(comparison.groups.len() - none, "equilibrium", "different equilibria");
+    let equilibria = match comparison.groups.len() - none {
+        0 => "no equilibrium".to_owned(),
+        count => counted(count, "equilibrium", "different equilibria"),
+    };
     let others = match none {
         0 => String::new(),
         none => format!(" and {} that did not converge", counted(none, "result", "results")),

@@ -2,11 +2,12 @@
 //!
 //! With `h` the length of a segment and `f(h) = f₀ + C hᵖ`, three meshes `h₁ > h₂ > h₃` give the observed order `p`
 //! from `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) = e₁₂/e₂₃`, where `eᵢⱼ` is the change from one to the next, and Richardson's
-//! estimate of the remaining error, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances, negative
-//! where the shape goes back.
+//! estimate of the remaining error, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances,
+//! negative where the shape goes back.
 //!
 //! The scheme is of fourth order ([`SCHEME`]), and of second order at worst. An observed order above four says that the
-//! coarsest mesh is too coarse to have one; the error is then that of an order of [`CAREFUL`], and there is no limit.
+//! coarsest mesh is too coarse to have one; the error is then that of an order of [`CAREFUL`], and there is no limit. So
+//! it is where changes get smaller but change their sign, which is no order at all.
 
 use super::shape;
 use crate::ending::Ending;
@@ -44,11 +45,8 @@ pub fn convergence(meshes: &[(usize, &Ending)]) -> Vec<Trend> {
     let shapes = |measure: fn(&[shape::Gap], &[f64]) -> f64| -> Vec<f64> {
         let mut changes: Vec<f64> = meshes.windows(2).map(|pair| distance(pair[0].1, pair[1].1, measure)).collect();
         for (k, three) in meshes.windows(3).enumerate() {
-            if goes_back([three[0].1, three[1].1, three[2].1]) {
-                changes[k + 1] = -changes[k].signum() * changes[k + 1];
-            } else {
-                changes[k + 1] *= changes[k].signum();
-            }
+            let sign = if goes_back([three[0].1, three[1].1, three[2].1]) { -1.0 } else { 1.0 };
+            changes[k + 1] *= sign * changes[k].signum();
         }
         changes
     };
@@ -94,13 +92,20 @@ fn goes_back([first, second, third]: [&Ending; 3]) -> bool {
 /// A trend from changes, which may have signs, and the value on the finest mesh.
 fn trend(quantity: &'static str, unit: &'static str, h: &[f64], changes: Vec<f64>, finest: Option<f64>) -> Trend {
     let mut trend = Trend { quantity, unit, order: None, error: None, limit: None, changes };
-    if let ([.., e12, e23], [.., h1, h2, h3]) = (&trend.changes[..], h)
-        && let Some(p) = order([*h1, *h2, *h3], e12 / e23)
-    {
+    if let ([.., e12, e23], [.., h1, h2, h3]) = (&trend.changes[..], h) {
         let left = |p: f64| e23 * h3.powf(p) / (h2.powf(p) - h3.powf(p));
-        trend.order = Some(p);
-        trend.error = Some(left(if p > NEARLY { CAREFUL } else { p.min(SCHEME) }).abs());
-        trend.limit = finest.filter(|_| p <= NEARLY).map(|finest| finest + left(p.min(SCHEME)));
+        match order([*h1, *h2, *h3], e12 / e23) {
+            Some(p) if p <= NEARLY => {
+                trend.order = Some(p);
+                trend.error = Some(left(p.min(SCHEME)).abs());
+                trend.limit = finest.map(|finest| finest + left(p.min(SCHEME)));
+            }
+            order => {
+                trend.order = order;
+                // What goes to and fro settles as long as it gets less.
+                trend.error = (e23.abs() < e12.abs()).then(|| left(CAREFUL).abs());
+            }
+        }
     }
     trend.changes.iter_mut().for_each(|change| *change = change.abs());
     trend

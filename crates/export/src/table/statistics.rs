@@ -23,8 +23,8 @@
 //! where the value rises or falls with the key throughout. Equal values share their mean rank. Where keys are crossed,
 //! ranks are those within each combination, so that only the sampled key counts. A correlation of less than 2/√(n − 1)
 //! is not told from chance. Samples of keys are correlated by chance, too: beside stronger drivers a key counts only if
-//! its partial rank correlation is told from chance as well. Here n is the number of samples: combinations share them, and more combinations do not
-//! make more of them.
+//! its partial rank correlation is told from chance as well. Here n is the number of samples: combinations share them,
+//! and more combinations do not make more of them.
 //!
 //! # Results
 //!

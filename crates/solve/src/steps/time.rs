@@ -1,10 +1,10 @@
 //! Increments in which time passes: parts so short that what creeps is accurate, and the error that they leave.
 //!
-//! The law of creep takes the curvature to change evenly over an increment (`models::creep`), which is exact where it is
-//! held and of second order in time elsewhere; after a sudden change it is of first order. So a part of an increment is
-//! computed twice: in one piece, and in two halves with what has crept by the middle. The halves are kept. Their
-//! difference from the one piece is a third (a first-order part: all) of the error of that, so it bounds their own
-//! error. Where it exceeds [`TOLERANCE`] the part is made shorter, as in any integration with error control (Hairer,
+//! The law of creep takes the curvature to change evenly over an increment (`models::creep`), which is exact where it
+//! is held and of second order in time elsewhere; after a sudden change it is of first order. So a part of an increment
+//! is computed twice: in one piece, and in two halves with what has crept by the middle. The halves are kept. Their
+//! difference from the one piece is three times (after a sudden change: once) their own error, so it bounds that. Where
+//! it exceeds [`TOLERANCE`] the part is made shorter, as in any integration with error control (Hairer,
 //! Norsett & Wanner 1993, Solving Ordinary Differential Equations I, section II.4). Differences are added up over the
 //! run, as what creeps forgets an error only slowly, and are a part of the errors of all results.
 
