@@ -6,8 +6,8 @@
 //! negative where the shape goes back.
 //!
 //! The scheme is of fourth order ([`SCHEME`]), and of second order at worst. An observed order above four says that the
-//! coarsest mesh is too coarse to have one; the error is then that of an order of [`CAREFUL`], and there is no limit. So
-//! it is where changes get smaller but change their sign, which is no order at all.
+//! coarsest mesh is too coarse to have one; the error is then that of an order of [`CAREFUL`], and there is no limit.
+//! The same holds where changes get smaller but change their sign, which is no order at all.
 
 use super::shape;
 use crate::ending::Ending;

@@ -6,10 +6,10 @@
 
 use crate::report::EventLog;
 use crate::report::discretisation::NodalErrors;
+use crate::report::time_error::TimeError;
 use crate::steps::guide::Guide;
 use crate::steps::plan::Plan;
 use crate::steps::progress::{Control, Progress};
-use crate::steps::time::TimeError;
 use serde::{Deserialize, Serialize};
 use wireloom_core::conditions::Conditions;
 use wireloom_core::equilibrium::{OperationResult, StepResult};

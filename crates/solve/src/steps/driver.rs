@@ -4,6 +4,7 @@
 //! [`super::equilibrium`] solves under given conditions, [`super::step_result`] reports.
 
 use crate::report::discretisation::NodalErrors;
+use crate::report::time_error::TimeError;
 use crate::report::{EventLog, Occurrence, TwistMonitor};
 use crate::start::layout;
 use crate::steps::certificate::{Certifier, Grade};
@@ -11,7 +12,6 @@ use crate::steps::checkpoint::Checkpoint;
 use crate::steps::guide::Guide;
 use crate::steps::plan::Plan;
 use crate::steps::stability::Inspection;
-use crate::steps::time::TimeError;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::equilibrium::{OperationResult, Outcome, PartFamily, PartFault, Run};
 use wireloom_core::minimiser::{Minimiser, Stop};

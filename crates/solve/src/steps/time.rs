@@ -10,13 +10,13 @@
 
 use super::driver::{Driver, is_balanced};
 use crate::report::discretisation::NodalErrors;
+use crate::report::time_error::{TimeError, curvatures, torsions};
 use crate::report::{EventLog, Occurrence, TwistMonitor, result};
 use crate::steps::certificate::Grade;
 use crate::steps::plan::Plan;
-use serde::{Deserialize, Serialize};
+use wireloom_core::State;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::equilibrium::{BranchResult, OperationResult};
-use wireloom_core::{State, Vector};
 
 /// Largest difference between a part in one piece and in two halves: of curvature and moment, as a fraction of the
 /// largest of the harness.
@@ -35,65 +35,6 @@ const SAFETY: f64 = 0.9;
 const ORDER: i32 = 3;
 /// A difference that is not less than this fraction of that of a part at least twice as long is round-off.
 const PROGRESS: f64 = 0.9;
-
-/// Errors of the results of a branch that parts of time leave, the same at all its nodes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct TimeError {
-    /// 1/m.
-    curvature: f64,
-    /// 1/m.
-    torsion: f64,
-    /// N.
-    force: f64,
-    /// N m.
-    moment: f64,
-    /// m.
-    position: f64,
-}
-
-impl TimeError {
-    /// Largest differences between two results of a branch.
-    fn between(one: &BranchResult, other: &BranchResult) -> Self {
-        let largest = |a: &[Vector], b: &[Vector]| a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        let numbers = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        Self {
-            curvature: numbers(&curvatures(one), &curvatures(other)),
-            torsion: numbers(&torsions(one), &torsions(other)),
-            force: largest(&one.force, &other.force),
-            moment: largest(&one.moment, &other.moment),
-            position: largest(&one.position, &other.position),
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.curvature += other.curvature;
-        self.torsion += other.torsion;
-        self.force += other.force;
-        self.moment += other.moment;
-        self.position += other.position;
-    }
-
-    /// Adds these errors to those of the nodes.
-    pub fn add_to(&self, errors: &mut NodalErrors) {
-        let add = |all: &mut Vec<f64>, error: f64| all.iter_mut().for_each(|own| *own += error);
-        add(&mut errors.curvature, self.curvature);
-        add(&mut errors.torsion, self.torsion);
-        add(&mut errors.force, self.force);
-        add(&mut errors.moment, self.moment);
-        add(&mut errors.position, self.position);
-    }
-}
-
-/// Curvature at each node, 1/m.
-fn curvatures(branch: &BranchResult) -> Vec<f64> {
-    branch.bend_radius.iter().map(|radius| 1.0 / radius).collect()
-}
-
-/// Turn of the frames from node to node per length, 1/m.
-fn torsions(branch: &BranchResult) -> Vec<f64> {
-    let turned = branch.frame.windows(2).zip(branch.s.windows(2));
-    turned.map(|(q, s)| (q[0].inverse() * q[1]).scaled_axis().z / (s[1] - s[0])).collect()
-}
 
 /// What a part of an increment begins with.
 struct Beginning {
