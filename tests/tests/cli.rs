@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use wireloom::geometry::Vector;
 use wireloom::harness::{Shape, ShapeFile};
 use wireloom::shapes::mesh::{Mesh, read};
-use wireloom_tests::cables::hanging;
+use wireloom_tests::cables::{branch, connector_along, hanging, section};
 use wireloom_tests::{program, root, shared};
 
 type Checked = Result<(), Failed>;
@@ -24,9 +24,14 @@ fn main() -> ExitCode {
         ("a report is written where one is asked for, and goes with the next run", report),
         ("every kind of output, one VTK file for each increment", all_outputs),
         ("compare says what is the same equilibrium, what is not, and why", compare),
+        (
+            "compare tells a cable with a turn more, and runs that did not converge, from equal equilibria",
+            compare_turned,
+        ),
         ("compare tries what it is told to in one scenario", compare_variants),
         ("compare shows verdicts side by side, and is JSON for programs", compare_verdicts),
         ("compare says in which variant of a KBL file a constraint has its largest force", compare_of_kbl),
+        ("a sweep sums up the points that converged, and says how many did not", unconverged_points),
         ("--quiet prints nothing", quiet),
         ("not converging ends with 2, and all is written", not_converged),
         ("a folder that cannot be made ends with 3, before any work", unwritable),
@@ -214,6 +219,56 @@ fn compare() -> Checked {
     place.run(&["compare", "fine", "nowhere"])?.expect(3)?;
     let ended = place.run(&["compare", "fine"])?.expect(1)?;
     ensure(ended.err.contains("nothing to compare it with"), &ended)
+}
+
+/// A taut cable, and what moves its plug.
+fn taut(rest: &str) -> String {
+    let plug =
+        |name: &str, at: &str, x: f64| connector_along(name, at, [x, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let cable = branch("cable", ["A", "B"], "cable", 0.4, 40);
+    let stem = "schema = 1\nname = \"taut\"\ngravity = [0, 0, 0]\n";
+    [stem, &section("cable"), &cable, &plug("plug-A", "A", 0.0), &plug("plug-B", "B", 0.4005), rest].concat()
+}
+
+/// A straight cable with a whole turn more lies where the other one lies.
+fn compare_turned() -> Checked {
+    let place = Place::new()?;
+    for (name, turns) in [("one.toml", 0.001), ("two.toml", 1.001)] {
+        let turn = format!(
+            "[[steps]]\nname = \"turn\"\nincrements = 12\n[[steps.move]]\nconstraint = \"plug-B\"\n\
+             position = [0.4005, 0, 0]\nturns = {turns}\n"
+        );
+        place.file(name, taut(&turn))?;
+    }
+    let ended = place.run(&["compare", "one.toml", "two.toml"])?.expect(0)?;
+    ensure(ended.out.contains("2 different equilibria"), &ended)?;
+    ensure(ended.out.contains("branch cable is twisted by 1.00 turns, in the reference by 0.00"), &ended)?;
+    let failing = "[minimiser]\nmax_iterations = 1\n[[steps]]\nname = \"away\"\n[[steps.move]]\n\
+                   constraint = \"plug-B\"\nposition = [0.2, 0.1, 0]\n";
+    place.file("three.toml", taut(failing))?;
+    place.file("four.toml", taut(failing))?;
+    let ended = place.run(&["compare", "three.toml", "four.toml"])?.expect(2)?;
+    ensure(ended.out.contains("2 results that did not converge") && !ended.out.contains("All 2"), &ended)
+}
+
+/// Cables that are too short for their plugs do not converge in a few iterations.
+fn unconverged_points() -> Checked {
+    let place = Place::new()?;
+    let sweep = "[minimiser]\nmax_iterations = 12\n[[steps]]\nname = \"away\"\nincrements = 2\n[[steps.move]]\n\
+                 constraint = \"plug-B\"\nposition = [0.3, 0.2, 0]\n[sweep]\nmethod = \"random\"\nsamples = 40\n\
+                 seed = 3\nswept = \"50 mm\"\n[sweep.vary]\n\"branches.cable.length\" = { from = 0.1, to = 0.5 }\n";
+    place.file("s.toml", taut(sweep))?;
+    let ended = place.run(&["sweep", "s.toml", "--out", "o"])?;
+    let first = ended.out.lines().next().unwrap_or_default();
+    let converged = first.split_whitespace().collect::<Vec<_>>();
+    let n = converged.iter().position(|word| word.starts_with("converged")).ok_or_else(|| Failed::from(first))?;
+    let n: usize = converged[n - 1].parse()?;
+    ensure(n > 0 && n < 40, &ended)?;
+    let row = ended.out.lines().find(|line| line.starts_with("energy.total")).ok_or_else(|| Failed::from("no row"))?;
+    ensure(row.split_whitespace().nth(2) == Some(&n.to_string()), row)?;
+    ensure(ended.out.contains(&format!("results are those of points that converged: {} did not", 40 - n)), &ended)?;
+    let tubes = format!("swept-tubes.glb holds only points that came to an equilibrium: {n} of 40 in step `away`");
+    ensure(ended.out.contains(&tubes), &ended)
 }
 
 /// Of two lengths of a cable one bends too tightly: the table has both verdicts, and so has the JSON.

@@ -1,6 +1,7 @@
 //! Sections with curves and creep in whole runs: order of the scheme, checkpoints, what else reads their stiffness.
 
 use wireloom::geometry::Vector;
+use wireloom::result::Verdict;
 use wireloom::{Run, Status};
 use wireloom_tests::cables::{branch, connector, connector_along, hanging, run, section};
 
@@ -194,6 +195,63 @@ fn a_hanging_cable_creeps_to_its_lasting_shape() {
         assert!((end - lasting).norm() < 1e-3, "{end:?} instead of {lasting:?}");
         assert!((end - first).norm() > 0.02, "{end:?} and {first:?}");
     }
+}
+
+/// A cable under a constant moment for two hours, in any number of increments: its curvature by the standard linear
+/// solid, `M/EI (1 − K/(EI + K) exp(−t EI/((EI + K) T)))`, lies within the stated error, and with it the verdict.
+#[test]
+fn the_error_of_creep_in_time_is_in_the_sheet() {
+    let section = with(
+        "torsion_stiffness = 0.008\n",
+        "torsion_stiffness = 0.008\ncreep = { bending = [{ stiffness = 0.02, time = \"1 h\" }] }\n",
+    );
+    let cable = branch("cable", ["A", "B"], "cable", 0.5, 30);
+    let held = |increments: usize, limit: f64| {
+        let rest = format!(
+            "[[loads]]\nname = \"m\"\nat = {{ end = \"B\" }}\nmoment = [0, -0.02, 0]\nfactor = 0\n\
+             [[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nof = {{ branch = \"cable\" }}\n\
+             min = {limit}\n[[steps]]\nname = \"on\"\n[[steps.load]]\nload = \"m\"\nfactor = 1\n\
+             [[steps]]\nname = \"hold\"\nwait = true\nincrements = {increments}\nduration = \"2 h\"\n"
+        );
+        let run = converged(&[STEM, &section, &cable, &connector("wall", "A", [0.0; 3]), &rest].concat());
+        let line = run.requirements.iter().find(|line| line.name == "bend").expect("a requirement").clone();
+        (line.verdict, line.worst.expect("a value"), line.error.expect("an error"))
+    };
+    let bending = 0.01;
+    let radius = bending / 0.02 / (1.0 - 2.0 / 3.0 * (-2.0_f64 / 3.0).exp());
+    for increments in [1, 2, 7, 60] {
+        let (verdict, worst, error) = held(increments, 0.77);
+        assert!((worst - radius).abs() <= error, "{increments}: {worst} ± {error} m, not {radius} m");
+        // One increment in one piece would be 18 mm off.
+        assert!(error < 2e-3, "{increments}: ± {error} m");
+        assert_eq!(verdict, Verdict::Fail, "{increments}");
+        assert_eq!(held(increments, 0.75).0, Verdict::Pass, "{increments}");
+    }
+}
+
+/// A load that goes within an increment leaves what has crept by then.
+#[test]
+fn a_load_that_goes_in_one_increment_leaves_what_it_leaves_in_many() {
+    let section = with(
+        "torsion_stiffness = 0.008\n",
+        "torsion_stiffness = 0.008\ncreep = { bending = [{ stiffness = 0.05, time = \"10 min\" }] }\n",
+    );
+    let cable = branch("cable", ["A", "B"], "cable", 0.5, 20);
+    let tip = |increments: usize| {
+        let rest = format!(
+            "[[loads]]\nname = \"pull\"\nat = {{ end = \"B\" }}\nforce = [0, 0, -0.1]\n\
+             [[steps]]\nname = \"hold\"\nincrements = {increments}\nduration = \"10 min\"\n\
+             [[steps]]\nname = \"off\"\nincrements = {increments}\nduration = \"20 min\"\n\
+             [[steps.load]]\nload = \"pull\"\nfactor = 0\n"
+        );
+        let run = converged(&[STEM, &section, &cable, &connector("wall", "A", [0.0; 3]), &rest].concat());
+        let end = run.steps.last().expect("a step");
+        (end.branches[0].position[20], end.branches[0].error.as_ref().expect("an error").position)
+    };
+    let (many, _) = tip(200);
+    let (one, error) = tip(1);
+    assert!((one - many).norm() <= error, "{one:?} ± {error}, not {many:?}");
+    assert!(error < 1e-3, "± {error} m");
 }
 
 /// What was dissipated adds up, and is never negative, while a cable is moved, held and let go.

@@ -7,7 +7,7 @@ use wireloom::result::{Measure, Verdict};
 use wireloom::scenario::{NoFiles, Setting};
 use wireloom::sensitivity::Source;
 use wireloom::{Control, Run, Status};
-use wireloom_tests::cables::{branch, connector_along, section};
+use wireloom_tests::cables::{branch, connector, connector_along, section};
 use wireloom_tests::root;
 
 /// Error of an optimum: it keeps a margin of 0.1 % and 0.02 % from its limits beside the discretisation error, and is
@@ -235,6 +235,56 @@ fn the_best_of_all_choices_is_found() {
     assert_eq!(optimum.values[1], "thin", "its bends may be tighter");
     assert!(optimum.text.contains("section = \"thin\""));
     assert_eq!(found.designs.iter().filter(|design| design.kind == Kind::Start).count(), 8, "4 of each");
+}
+
+/// A cable that bridges 0.8 m.
+fn bridge(minimise: &str, rest: &str) -> String {
+    [
+        "schema = 1\nname = \"bridge\"\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 1.0, 40),
+        &connector("plug-A", "A", [0.0; 3]),
+        &connector("plug-B", "B", [0.8, 0.0, 0.0]),
+        &format!("[optimise]\nminimise = \"{minimise}\"\n"),
+        rest,
+    ]
+    .concat()
+}
+
+/// The shortest cable is as long as its span: a step lands on that limit, where a test without room fails by round-off.
+#[test]
+fn a_search_that_ends_at_the_reach_of_a_span_converges() {
+    let pull = "[[requirements]]\nname = \"pull\"\nquantity = \"force\"\nof = { constraint = \"plug-A\" }\nmax = 500\n";
+    let found = search(&bridge(
+        "length",
+        &format!("[optimise.vary]\n\"branches.cable.length\" = {{ from = 0.7, to = 1.2 }}\n{pull}"),
+    ));
+    holds(&found);
+    let length = numbers(&found)[0];
+    assert!((0.8..0.801).contains(&length), "{length} m");
+}
+
+/// The worst margin is the least one of the sheet, also that of a requirement that holds for every harness.
+#[test]
+fn the_worst_margin_is_the_least_of_the_sheet() {
+    let clip = "[[constraints]]\nname = \"clip\"\nkind = \"collar\"\nat = { branch = \"cable\", s = 0.4 }\n\
+                position = [0.34, 0, -0.05]\nhold = [\"position\"]\n\
+                [[requirements]]\nname = \"pull\"\nquantity = \"force\"\nof = { constraint = \"plug-A\" }\nmax = 500\n\
+                [optimise.vary]\n\"constraints.clip.position.0\" = { from = 0.25, to = 0.38 }\n";
+    let found = search(&bridge("worst margin", clip));
+    assert_eq!(found.ending, Ending::Converged);
+    let optimum = found.optimum.as_ref().expect("an optimum");
+    let run = optimum.certificate.as_ref().expect("a fresh run");
+    let margins = run.requirements.iter().filter(|line| line.limit != 0.0).filter_map(|line| {
+        let error = line.error.unwrap_or(0.0) / line.limit.abs();
+        Some(line.margin()? - error)
+    });
+    let least = margins.fold(f64::INFINITY, f64::min);
+    assert!((-optimum.objective - least).abs() < 1e-3, "{} and {least}", -optimum.objective);
+    // Both spans as long as they can be: (x² + 0.05²)/0.4² = ((0.8 − x)² + 0.05²)/0.6².
+    let x = numbers(&found)[0];
+    let share = |x: f64, length: f64| (x * x + 0.0025).sqrt() / length;
+    assert!((share(x, 0.4) - share(0.8 - x, 0.6)).abs() < 2e-3, "{x} m");
 }
 
 #[test]

@@ -259,6 +259,33 @@ fn where_the_worst_place_changes_there_is_one_value_for_each_side() {
     assert!((below - above).abs() > 0.1 * below.abs().max(above.abs()), "{derivative:?}");
 }
 
+/// In a scenario beside the tests.
+fn own(name: &str) -> String {
+    std::fs::read_to_string(root().join("tests/tests/sensitivities").join(name)).expect("a file beside the tests")
+}
+
+/// On one side no equilibrium is found a whole step away: nearer there is one on both, with the same slopes.
+#[test]
+fn what_one_side_did_not_find_at_once_is_no_kink() {
+    let (of, by) = (["energy.total", "force.a", "bend_radius.A"], ["steps.step-1.move.b.position.2"]);
+    let found = derivatives(&own("joint_with_offsets.toml"), &wireloom::registry(), &of, &by, None).unwrap();
+    // Differences of whole runs over 0.1 mm and 0.3 mm to both sides.
+    for (output, expected) in found.outputs.iter().zip([Some(0.894_654), Some(-0.589_59), None]) {
+        let value = output.by[0].value.unwrap_or_else(|| panic!("{}: {:?}", output.name, output.by[0]));
+        assert!(expected.is_none_or(|expected: f64| (value / expected - 1.0).abs() < 1e-3), "{}: {value}", output.name);
+    }
+}
+
+/// The worst value of the run is that of the equilibrium here, up to its accuracy: there is nothing to remark.
+#[test]
+fn a_worst_value_at_the_end_of_the_step_has_no_remark() {
+    let (of, by) = (["mom", "com", "tor", "str", "cf"], ["constraints.plug-B.position.0"]);
+    let found = derivatives(&own("cable_on_a_ball.toml"), &wireloom::registry(), &of, &by, None).unwrap();
+    for output in &found.outputs {
+        assert_eq!(output.remark, None, "{}", output.name);
+    }
+}
+
 #[test]
 fn unstable_and_neutral_equilibria_have_no_derivatives() {
     let refused = |path: &str, of: &str, by: &str| {

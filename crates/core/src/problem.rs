@@ -452,6 +452,19 @@ impl Problem<'_> {
         self.conditions.committed_time = self.conditions.time;
     }
 
+    /// What rods have dissipated in an increment that began with these states, where their memories were updated within
+    /// it, too.
+    pub fn sum_dissipated(&mut self, began: &[RodState]) {
+        for (own, began) in self.conditions.rods.iter_mut().zip(began) {
+            let [last, total] = own.dissipated;
+            let before = began.dissipated[1];
+            // Nothing but `last` may have been added.
+            if before + last != total {
+                own.dissipated = [total - before, before + (total - before)];
+            }
+        }
+    }
+
     /// Updates friction anchors and the memories of all constraints that act, at the equilibrium that ends an
     /// increment.
     pub fn commit(&mut self, state: &State) {

@@ -1,9 +1,10 @@
 //! Differences between the last equilibria of several runs, and their causes.
 //!
 //! Branches are compared at equal fractions of their arc length, on any meshes: between nodes a shape is the cubic
-//! through positions and tangents, so that the corners of a coarse mesh do not count. Runs whose branches all lie
-//! within a tolerance of each other have ended in the same equilibrium. For the others, [`Comparison::parts`] lists
-//! the parts of the harness with more than one shape, and [`Group::reasons`] possible causes.
+//! through positions and tangents, so that the corners of a coarse mesh do not count. Runs that converged, whose
+//! branches all lie within a tolerance of each other with the same twist, and whose constraints bear the same forces,
+//! have ended in the same equilibrium. For the others, [`Comparison::parts`] lists the parts of the
+//! harness with more than one shape, and [`Group::reasons`] possible causes.
 
 mod convergence;
 mod forces;
@@ -19,6 +20,15 @@ use wireloom_core::Vector;
 
 /// A larger difference of twist (turns) was put in during the steps; a smaller one comes from another shape.
 const TURNS: f64 = 0.5;
+/// The same where the shapes are the same: then it is no other shape.
+const SAME_TURNS: f64 = 0.02;
+/// Largest difference of the forces (moments) of constraints in one equilibrium, as a fraction of the largest one: that
+/// of coarse meshes.
+const SAME_FORCES: f64 = 0.1;
+/// The same of the energy, as a fraction of the sizes of its parts.
+const SAME_ENERGY: f64 = 0.05;
+/// Forces (N), moments (N m) and energies (J) that do not matter.
+const NEGLIGIBLE: [f64; 3] = [1e-3, 1e-5, 1e-6];
 /// Ends of branches that are nearer to each other than this many tolerances are joined.
 const MEET: f64 = 2.0;
 
@@ -98,7 +108,7 @@ pub struct ConstraintDifference {
 pub struct Group {
     /// Indices of the cases; the first one stands for all.
     pub cases: Vec<usize>,
-    /// Causes of the difference from the reference; empty for the reference itself.
+    /// Causes of the difference from the reference; of the reference itself, that it did not converge.
     pub reasons: Vec<Reason>,
 }
 
@@ -162,6 +172,20 @@ pub enum Reason {
         /// Of the reference and here, turns.
         turns: [f64; 2],
     },
+    /// In the same shape a constraint bears another force or moment.
+    Bears {
+        /// Name of the constraint.
+        constraint: String,
+        /// "N" or "N m".
+        unit: &'static str,
+        /// Size of the difference.
+        difference: f64,
+    },
+    /// In the same shape the energy is another one.
+    Energy {
+        /// Above that of the reference, J.
+        difference: f64,
+    },
     /// No other difference: both are equilibria of the same harness.
     Multistable {
         /// Whether both are known to be stable.
@@ -193,6 +217,15 @@ impl fmt::Display for Reason {
             Self::Twist { branch, turns: [reference, here] } => {
                 write!(f, "branch {branch} is twisted by {here:.2} turns, in the reference by {reference:.2}")
             }
+            Self::Bears { constraint, unit, difference } => {
+                write!(
+                    f,
+                    "in the same shape constraint {constraint} bears a load that differs by {difference:.3} {unit}"
+                )
+            }
+            Self::Energy { difference } => {
+                write!(f, "in the same shape its energy differs by {:+.3} mJ", 1e3 * difference)
+            }
             Self::Multistable { stable: true } => f.write_str(
                 "both are stable, with the same constraints and turns of twist: \
                      which one is reached depends on the steps before",
@@ -215,16 +248,24 @@ fn some(names: &[String]) -> String {
 
 impl Comparison {
     /// Compares; `reference`: index of the case that the others are compared with, or none for the first one of the
-    /// largest group. Shapes nearer to each other than `tolerance` (m) are the same.
+    /// largest group that converged. Shapes nearer to each other than `tolerance` (m) are the same.
     ///
     /// # Panics
     /// Where there are no cases.
     pub fn of(cases: &[Case], reference: Option<usize>, tolerance: f64) -> Self {
         let mut gaps = Gaps::new(cases);
         let all: Vec<usize> = (0..cases.len()).collect();
-        let alike = alike(&all, |a, b| gaps.largest(a, b) <= tolerance);
-        let reference = reference
-            .unwrap_or_else(|| alike.iter().rev().max_by_key(|group| group.len()).expect("at least one case")[0]);
+        let converged = |k: usize| cases[k].ending.converged;
+        let alike = alike(&all, |a, b| {
+            let equilibria = converged(a) && converged(b);
+            equilibria
+                && gaps.largest(a, b) <= tolerance
+                && same_shape(&cases[a].ending, &cases[b].ending, tolerance).is_empty()
+        });
+        let reference = reference.unwrap_or_else(|| {
+            let largest = alike.iter().rev().max_by_key(|group| (converged(group[0]), group.len()));
+            largest.expect("at least one case")[0]
+        });
         let differences: Vec<Difference> =
             cases.iter().map(|case| difference(&cases[reference].ending, &case.ending)).collect();
         let mut groups: Vec<Group> = alike
@@ -368,11 +409,14 @@ fn difference(reference: &Ending, here: &Ending) -> Difference {
 
 /// Causes of the difference of `here` from the reference.
 fn reasons(cases: &[Case], reference: usize, here: usize, difference: &Difference, tolerance: f64) -> Vec<Reason> {
-    if reference == here {
-        return Vec::new();
-    }
     let endings = [reference, here].map(|k| &cases[k].ending);
     let mut reasons = Vec::new();
+    if reference == here {
+        if !endings[0].converged {
+            reasons.push(Reason::NotConverged { reference: false, status: endings[0].status.clone() });
+        }
+        return reasons;
+    }
     for (ending, reference) in endings.into_iter().zip([true, false]) {
         if !ending.converged {
             reasons.push(Reason::NotConverged { reference, status: ending.status.clone() });
@@ -397,16 +441,47 @@ fn reasons(cases: &[Case], reference: usize, here: usize, difference: &Differenc
             reasons.push(Reason::OtherPlace { constraint, places: [before.clone(), place] });
         }
     }
-    let twisted = |branch: &&BranchDifference| (branch.twist_turns[1] - branch.twist_turns[0]).abs() > TURNS;
-    reasons.extend(
-        difference
-            .branches
-            .iter()
-            .filter(twisted)
-            .map(|branch| Reason::Twist { branch: branch.name.clone(), turns: branch.twist_turns }),
-    );
+    if difference.unmatched.is_empty() && difference.farthest().is_none_or(|branch| branch.largest <= tolerance) {
+        reasons.extend(same_shape(endings[0], endings[1], tolerance));
+    } else {
+        reasons.extend(twists(&difference.branches, TURNS));
+    }
     if reasons.is_empty() {
         reasons.push(Reason::Multistable { stable: endings.iter().all(|ending| ending.stable == Some(true)) });
+    }
+    reasons
+}
+
+/// Branches whose twist differs by more than this, turns.
+fn twists(branches: &[BranchDifference], turns: f64) -> impl Iterator<Item = Reason> {
+    let twisted = branches.iter().filter(move |own| (own.twist_turns[1] - own.twist_turns[0]).abs() > turns);
+    twisted.map(|own| Reason::Twist { branch: own.name.clone(), turns: own.twist_turns })
+}
+
+/// What differs between two equilibria of the same shape; nothing: they are the same.
+fn same_shape(one: &Ending, other: &Ending, tolerance: f64) -> Vec<Reason> {
+    let Difference { branches, constraints, energy, .. } = difference(one, other);
+    let mut reasons: Vec<Reason> = twists(&branches, SAME_TURNS).collect();
+    let largest = |of: fn(&ConstraintEnd) -> Vector| {
+        one.constraints.iter().chain(&other.constraints).fold(0.0, |most: f64, own| most.max(of(own).norm()))
+    };
+    let (force, moment) = (largest(|own| own.force), largest(|own| own.moment));
+    let [no_force, no_moment, no_energy] = NEGLIGIBLE;
+    let allowed = (SAME_FORCES * force + no_force, SAME_FORCES * moment + tolerance * force + no_moment);
+    for own in &constraints {
+        let bears = |unit, difference| Reason::Bears { constraint: own.name.clone(), unit, difference };
+        if own.force > allowed.0 {
+            reasons.push(bears("N", own.force));
+        } else if own.moment > allowed.1 {
+            reasons.push(bears("N m", own.moment));
+        }
+    }
+    let sizes = |of: &wireloom_core::equilibrium::Energy| {
+        let all = [of.stretch, of.shear, of.bend, of.twist, of.gravity, of.load, of.joint, of.constraint];
+        all.iter().map(|part| part.abs()).sum::<f64>()
+    };
+    if energy.abs() > SAME_ENERGY * sizes(&one.energy).max(sizes(&other.energy)) + tolerance * force + no_energy {
+        reasons.push(Reason::Energy { difference: energy });
     }
     reasons
 }

@@ -12,8 +12,9 @@
 //! the derivative of the energy `½ k g |e − p|²` in e. So each increment ends in the minimum of an energy, a curvature
 //! that is held relaxes exactly, and one that changes does so to second order in Δt (the recurrence of Taylor, Pister
 //! and Goudreau 1970, Thermomechanical analysis of viscoelastic solids, International Journal for Numerical Methods in
-//! Engineering 2). Without a duration p is q₀, and the element is a spring. The dashpot dissipates `∫ |m|²/(k τ) dt`,
-//! with the moment `a m₀ + k (e − e₀) g` of a part of the increment in place of that of all.
+//! Engineering 2). How long an increment may be is decided by the driver (`solve::steps::time`). Without a duration p
+//! is q₀, and the element is a spring. The dashpot dissipates `∫ |m|²/(k τ) dt`, with the moment `a m₀ + k (e − e₀) g`
+//! of a part of the increment in place of that of all.
 
 use nalgebra::SVector;
 use wireloom_core::section::{CreepElement, SectionCreep};

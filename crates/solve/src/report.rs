@@ -14,6 +14,7 @@ pub(crate) mod requirements;
 pub mod result;
 pub(crate) mod sheet;
 pub(crate) mod spans;
+pub(crate) mod time_error;
 mod twist_loss;
 pub(crate) mod violations;
 

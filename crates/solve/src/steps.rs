@@ -19,6 +19,7 @@ mod refine;
 mod run;
 pub mod stability;
 mod step_result;
+mod time;
 
 pub use guide::Guide;
 pub use initial_equilibrium::start_near;

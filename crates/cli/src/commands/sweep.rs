@@ -115,7 +115,7 @@ fn whole(arguments: &SweepArguments, file: &Path, out: &mut dyn Write) -> Result
         })?;
         written.push(CSV);
     }
-    let mut remark = None;
+    let (mut remark, mut left_out) = (None, None);
     if let Some(cell) = sweep.swept {
         bar.say(format!("writing {MESH}"));
         let surface = parts.swept(chains, cell)?;
@@ -129,6 +129,7 @@ fn whole(arguments: &SweepArguments, file: &Path, out: &mut dyn Write) -> Result
         bar.say(format!("writing {TUBES}"));
         let tubes = points.stations.tubes(chains, |k| present(&parts.0, &lines(k), HELP))?;
         folder.write(TUBES, |mut out| gltf::write_tubes(&tubes, &mut out))?;
+        left_out = outside_of_tubes(&tubes, brief.rows());
         written.push(TUBES);
         envelope::keep(&parts.0, &tubes, &surface.unwrap_or_default())?;
     }
@@ -137,7 +138,7 @@ fn whole(arguments: &SweepArguments, file: &Path, out: &mut dyn Write) -> Result
     if !arguments.quiet {
         let mut print = || {
             points::print(&brief, file, out)?;
-            if let Some(remark) = &remark {
+            for remark in remark.iter().chain(&left_out) {
                 writeln!(out, "{remark}")?;
             }
             let written = written.iter().map(|name| place.join(name).display().to_string()).collect::<Vec<_>>();
@@ -146,6 +147,17 @@ fn whole(arguments: &SweepArguments, file: &Path, out: &mut dyn Write) -> Result
         print().map_err(Failure::standard_output)?;
     }
     Ok(Outcome::Done)
+}
+
+/// Says how many points the tubes leave out, as they came to no equilibrium at the end of a step.
+fn outside_of_tubes(tubes: &[gltf::Tube], points: usize) -> Option<String> {
+    let steps = tubes.chunk_by(|a, b| a.step == b.step).map(|step| &step[0]).filter(|tube| tube.points < points);
+    let steps: Vec<String> = steps.map(|tube| format!("{} of {points} in step `{}`", tube.points, tube.step)).collect();
+    if tubes.is_empty() {
+        return Some(format!("{TUBES} has no tubes: no point came to an equilibrium"));
+    }
+    let words = || format!("{TUBES} holds only points that came to an equilibrium: {}", steps.join(", "));
+    (!steps.is_empty()).then(words)
 }
 
 /// Columns that the summary on the terminal needs, besides the keys.

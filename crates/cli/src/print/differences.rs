@@ -229,15 +229,27 @@ fn convergence(trends: &[Trend], out: &mut dyn Write) -> io::Result<()> {
 
 fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
     let within = format!("{} mm", 1e3 * comparison.tolerance);
-    if let [group] = &comparison.groups[..] {
+    let none = comparison.groups.iter().filter(|group| !cases[group.cases[0]].ending.converged).count();
+    if let ([group], 0) = (&comparison.groups[..], none) {
         return writeln!(
             out,
-            "All {} are the same equilibrium: no branch is farther than {within} from its place in another one.",
+            "All {} are the same equilibrium: no branch is farther than {within} from its place in another one, and \
+             twist, forces and energy agree.",
             group.cases.len()
         );
     }
-    let count = comparison.groups.len();
-    writeln!(out, "{count} different equilibria (equal: no branch is farther apart than {within}):\n")?;
+    let equilibria = match comparison.groups.len() - none {
+        0 => "no equilibrium".to_owned(),
+        count => counted(count, "equilibrium", "different equilibria"),
+    };
+    let others = match none {
+        0 => String::new(),
+        none => format!(" and {} that did not converge", counted(none, "result", "results")),
+    };
+    writeln!(
+        out,
+        "{equilibria}{others} (equal: no branch is farther apart than {within}; twist, forces and energy agree):\n"
+    )?;
     for (k, group) in comparison.groups.iter().enumerate() {
         write!(out, "{}. {}", k + 1, named(cases, &group.cases))?;
         if group.reasons.is_empty() {
@@ -246,8 +258,10 @@ fn groups(cases: &[Case], comparison: &Comparison, out: &mut dyn Write) -> io::R
         }
         let difference = &comparison.differences[group.cases[0]];
         let apart = difference.branches.iter().filter(|branch| branch.largest > comparison.tolerance).count();
-        write!(out, ": {:+.3} mJ", 1e3 * difference.energy)?;
-        if let Some(farthest) = difference.farthest() {
+        if group.cases[0] != comparison.reference {
+            write!(out, ": {:+.3} mJ", 1e3 * difference.energy)?;
+        }
+        if let Some(farthest) = difference.farthest().filter(|_| apart > 0) {
             let branches = counted(apart, "branch has", "branches have");
             write!(
                 out,

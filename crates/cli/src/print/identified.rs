@@ -93,9 +93,10 @@ pub fn remarks(found: &Identified) -> Vec<String> {
             0 => String::new(),
             n => format!("; {n} of these could not be computed"),
         };
+        let why = found.by_runs_because.as_ref().map(|why| format!(" (the first one: {why})")).unwrap_or_default();
         lines.push(format!(
-            "{derivatives_by_runs} of {derivatives} derivatives are differences of whole runs, because contact \
-             changes or an equilibrium is neutral{missing}"
+            "{derivatives_by_runs} of {derivatives} derivatives are differences of whole runs, as an equilibrium has \
+             none{why}{missing}"
         ));
     }
     if let Some(noise) = found.noise {

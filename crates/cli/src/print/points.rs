@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use wireloom::export::sheet;
 use wireloom::export::table::Table;
-use wireloom::export::table::statistics::{Requirement, Yield, summary};
+use wireloom::export::table::statistics::{Requirement, Yield, converged_numbers, summary};
 
 /// Results whose ranges are shown: columns, and their units.
 pub const RANGES: [(&str, &str); 3] = [("energy.total", "J"), ("min_bend_radius", "m"), ("max_force", "N")];
@@ -41,9 +41,9 @@ pub fn print(table: &Table, file: &Path, out: &mut dyn Write) -> io::Result<()> 
         0 => {}
         polished => writeln!(out, "{polished} of them finished on the CPU, to the same tolerance\n")?,
     }
-    let mut columns = Columns::new(["result", ">minimum", ">mean", ">maximum"]);
+    let mut columns = Columns::new(["result", ">points", ">minimum", ">mean", ">maximum"]);
     for (name, unit) in RANGES {
-        let numbers: Vec<f64> = table.numbers(name).iter().flatten().copied().collect();
+        let numbers: Vec<f64> = converged_numbers(table, name).into_iter().flatten().collect();
         if numbers.is_empty() {
             continue;
         }
@@ -51,9 +51,12 @@ pub fn print(table: &Table, file: &Path, out: &mut dyn Write) -> io::Result<()> 
             numbers.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
         let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
         let cell = |number: f64| format!("{number:.5}");
-        columns.row([format!("{name} [{unit}]"), cell(least), cell(mean), cell(greatest)]);
+        columns.row([format!("{name} [{unit}]"), numbers.len().to_string(), cell(least), cell(mean), cell(greatest)]);
     }
     columns.print(out)?;
+    if found.yields.not_converged > 0 {
+        writeln!(out, "results are those of points that converged: {} did not\n", found.yields.not_converged)?;
+    }
     let reasons = table.words("message").iter().enumerate().filter_map(|(k, message)| Some((k, message.as_ref()?)));
     for (k, message) in reasons.take(REASONS) {
         let status = table.words("status")[k].as_deref().unwrap_or_default();

@@ -2,7 +2,12 @@
 //!
 //! With `h` the length of a segment and `f(h) = f₀ + C hᵖ`, three meshes `h₁ > h₂ > h₃` give the observed order `p`
 //! from `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) = e₁₂/e₂₃`, where `eᵢⱼ` is the change from one to the next, and Richardson's
-//! estimate of the remaining error, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances.
+//! estimate of the remaining error, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances,
+//! negative where the shape goes back.
+//!
+//! The scheme is of fourth order ([`SCHEME`]), and of second order at worst. An observed order above four says that the
+//! coarsest mesh is too coarse to have one; the error is then that of an order of [`CAREFUL`], and there is no limit.
+//! The same holds where changes get smaller but change their sign, which is no order at all.
 
 use super::shape;
 use crate::ending::Ending;
@@ -16,23 +21,34 @@ pub struct Trend {
     pub unit: &'static str,
     /// Changes from each mesh to the next, in that unit.
     pub changes: Vec<f64>,
-    /// Observed order, from the last three meshes; none where the changes do not get smaller.
+    /// Observed order, from the last three meshes; none where the changes do not get smaller, or change their sign.
     pub order: Option<f64>,
-    /// Richardson's estimate of the error of the finest.
+    /// Richardson's estimate of the error of the finest, with no larger an order than that of the scheme.
     pub error: Option<f64>,
-    /// Extrapolated limit, of a quantity that is a number.
+    /// Extrapolated limit, of a quantity that is a number and has an order.
     pub limit: Option<f64>,
 }
 
 /// Range of orders that are searched.
 const ORDERS: [f64; 2] = [0.05, 12.0];
+/// Order of the scheme.
+const SCHEME: f64 = 4.0;
+/// Observed orders up to this one are that of the scheme.
+const NEARLY: f64 = 4.5;
+/// Order that is taken where none is observed that the scheme can have.
+const CAREFUL: f64 = 2.0;
 
 /// Convergence of shape, energy, tightest bend and largest reaction. `meshes`: segments of a branch and the last
 /// equilibrium, from coarse to fine.
 pub fn convergence(meshes: &[(usize, &Ending)]) -> Vec<Trend> {
     let h: Vec<f64> = meshes.iter().map(|(segments, _)| 1.0 / *segments as f64).collect();
     let shapes = |measure: fn(&[shape::Gap], &[f64]) -> f64| -> Vec<f64> {
-        meshes.windows(2).map(|pair| distance(pair[0].1, pair[1].1, measure)).collect()
+        let mut changes: Vec<f64> = meshes.windows(2).map(|pair| distance(pair[0].1, pair[1].1, measure)).collect();
+        for (k, three) in meshes.windows(3).enumerate() {
+            let sign = if goes_back([three[0].1, three[1].1, three[2].1]) { -1.0 } else { 1.0 };
+            changes[k + 1] *= sign * changes[k].signum();
+        }
+        changes
     };
     let mean = |gaps: &[shape::Gap], lengths: &[f64]| {
         let whole: f64 = lengths.iter().sum();
@@ -63,16 +79,33 @@ fn distance(a: &Ending, b: &Ending, measure: fn(&[shape::Gap], &[f64]) -> f64) -
     measure(&gaps, &lengths)
 }
 
+/// Whether the shapes of the second mesh move back on the third one, rather than on as from the first to the second.
+fn goes_back([first, second, third]: [&Ending; 3]) -> bool {
+    let on = third.branches.iter().filter_map(|branch| {
+        let [a, b] = [first, second].map(|ending| ending.branches.iter().find(|own| own.name == branch.name));
+        let (a, b, c) = (a?.curve()?, b?.curve()?, branch.curve()?);
+        Some(c.fractions().map(|u| (b.at(u) - a.at(u)).dot(&(c.at(u) - b.at(u)))).sum::<f64>())
+    });
+    on.sum::<f64>() < 0.0
+}
+
 /// A trend from changes, which may have signs, and the value on the finest mesh.
 fn trend(quantity: &'static str, unit: &'static str, h: &[f64], changes: Vec<f64>, finest: Option<f64>) -> Trend {
     let mut trend = Trend { quantity, unit, order: None, error: None, limit: None, changes };
-    if let ([.., e12, e23], [.., h1, h2, h3]) = (&trend.changes[..], h)
-        && let Some(p) = order([*h1, *h2, *h3], e12 / e23)
-    {
-        let left = e23 * h3.powf(p) / (h2.powf(p) - h3.powf(p));
-        trend.order = Some(p);
-        trend.error = Some(left.abs());
-        trend.limit = finest.map(|finest| finest + left);
+    if let ([.., e12, e23], [.., h1, h2, h3]) = (&trend.changes[..], h) {
+        let left = |p: f64| e23 * h3.powf(p) / (h2.powf(p) - h3.powf(p));
+        match order([*h1, *h2, *h3], e12 / e23) {
+            Some(p) if p <= NEARLY => {
+                trend.order = Some(p);
+                trend.error = Some(left(p.min(SCHEME)).abs());
+                trend.limit = finest.map(|finest| finest + left(p.min(SCHEME)));
+            }
+            order => {
+                trend.order = order;
+                // What goes to and fro settles as long as it gets less.
+                trend.error = (e23.abs() < e12.abs()).then(|| left(CAREFUL).abs());
+            }
+        }
     }
     trend.changes.iter_mut().for_each(|change| *change = change.abs());
     trend
@@ -107,6 +140,21 @@ mod tests {
             assert!((trend.error.unwrap() - (f[2] - 7.0).abs()).abs() < 1e-12, "{trend:?}");
             assert!(trend.changes.iter().all(|change| *change > 0.0));
         }
+    }
+
+    /// Meshes of which the coarsest one is too coarse: the error of the others is of fourth order.
+    #[test]
+    fn an_order_above_that_of_the_scheme_makes_no_small_error() {
+        let h = [1.0 / 10.0, 1.0 / 20.0, 1.0 / 40.0];
+        let f: Vec<f64> = h.iter().map(|h: &f64| 7.0 + h.powi(4) + if *h > 0.09 { 6e-4 } else { 0.0 }).collect();
+        let changes = vec![f[1] - f[0], f[2] - f[1]];
+        let found = trend("f", "", &h, changes.clone(), Some(f[2]));
+        let (order, error) = (found.order.unwrap(), found.error.unwrap());
+        assert!(order > 6.0, "{found:?}");
+        assert!(error >= f[2] - 7.0, "{error:e} is less than the error {:e}", f[2] - 7.0);
+        assert_eq!(found.limit, None);
+        // That of the observed order would be too small.
+        assert!(changes[1].abs() / (2.0_f64.powf(order) - 1.0) < 0.2 * (f[2] - 7.0));
     }
 
     #[test]

@@ -9,6 +9,8 @@
 //! | `forces` | of each constraint the largest `force` (N), the `result` that has it, and those `of` all results |
 //! | `groups` | `results` that ended in the same equilibrium, and `reasons` why it is not that of the reference |
 //!
+//! The group of a reference that did not converge has that as its reason.
+//!
 //! A result has its `name`, `status`, `verdict`, `requirements` (as in `result.json`), `stable`, `energy` (J),
 //! `min_bend_radius` (`branch`, `s` and `value`, m), `iterations` and `seconds`. A difference has the `name` of the
 //! result, the `energy` above that of the reference (J), by name the `branches` (`largest` distance at `s`, `mean`

@@ -239,12 +239,14 @@ fn equilibria(compared: &ComparisonPage<'_>) -> Markup {
             h2 { "Equilibria" }
             p {
                 "Equal: no branch is farther than " (fixed(1e3 * comparison.tolerance, 3))
-                " mm from its place in the other."
+                " mm from its place in the other, and twist, forces and energy agree."
             }
             ol { @for group in &comparison.groups { li {
                 (names(cases, &group.cases))
                 @if !group.reasons.is_empty() {
-                    (format!(": {:+.3} mJ", 1e3 * comparison.differences[group.cases[0]].energy))
+                    @if group.cases[0] != comparison.reference {
+                        (format!(": {:+.3} mJ", 1e3 * comparison.differences[group.cases[0]].energy))
+                    }
                     ul { @for reason in &group.reasons { li { (reason) } } }
                 }
             } } }

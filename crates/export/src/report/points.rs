@@ -5,10 +5,11 @@ use super::layout::{fixed, heading};
 use super::plots::Mark;
 use super::{plots, style};
 use crate::sheet;
-use crate::table::statistics::{Requirement, Summary, Yield, keys, measures, summary};
+use crate::table::statistics::{Requirement, Summary, Yield, converged_numbers, keys, measures, quantile, summary};
 use crate::table::{Column, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 /// Content of the page. The writer looks at neither clock nor machine: the caller states both.
@@ -61,7 +62,7 @@ pub fn write_points(points: &Points<'_>, out: &mut impl Write) -> io::Result<()>
 struct Series<'a> {
     name: &'a str,
     unit: &'static str,
-    entries: &'a [Option<f64>],
+    entries: Cow<'a, [Option<f64>]>,
     /// Smallest and largest finite number.
     range: (f64, f64),
 }
@@ -72,7 +73,14 @@ impl<'a> Series<'a> {
         Some(Self::new(name, unit, entries))
     }
 
-    fn new(name: &'a str, unit: &'static str, entries: &'a [Option<f64>]) -> Self {
+    /// A result, of points that converged only.
+    fn of_result(table: &'a Table, name: &'a str, unit: &'static str) -> Option<Self> {
+        table.column(name).filter(|column| matches!(column, Column::Numbers(_)))?;
+        Some(Self::new(name, unit, converged_numbers(table, name)))
+    }
+
+    fn new(name: &'a str, unit: &'static str, entries: impl Into<Cow<'a, [Option<f64>]>>) -> Self {
+        let entries = entries.into();
         let mut series = Self { name, unit, entries, range: (f64::INFINITY, f64::NEG_INFINITY) };
         series.range = series.finite().fold(series.range, |(a, b), x| (a.min(x), b.max(x)));
         series
@@ -113,7 +121,7 @@ fn page(points: &Points<'_>) -> Markup {
                 (region(table, &found))
                 (requirements(&found))
                 (statuses(table, &found))
-                (distributions(&results))
+                (distributions(&results, found.yields.not_converged))
                 @for (k, result) in results.iter().enumerate() {
                     section {
                         details open[k < WHOLE.len()] {
@@ -140,7 +148,7 @@ fn page(points: &Points<'_>) -> Markup {
 
 /// Results that differ from point to point: those of the whole harness, then outputs of the sweep and those of parts.
 fn results(table: &Table) -> Vec<Series<'_>> {
-    let whole = WHOLE.iter().filter_map(|(name, unit)| Series::of(table, name, unit));
+    let whole = WHOLE.iter().filter_map(|(name, unit)| Series::of_result(table, name, unit));
     let keys = keys(table);
     let named = |start: &str| -> Vec<&str> {
         let names = table.columns.iter().map(|(name, _)| name.as_str());
@@ -151,7 +159,7 @@ fn results(table: &Table) -> Vec<Series<'_>> {
         let (measure, _) = measures(table).find(|(_, line)| name.strip_prefix("worst.") == Some(*line))?;
         Some(measure.unit())
     };
-    let parts = parts.filter_map(|(name, unit)| Series::of(table, name, units(name).unwrap_or(unit)));
+    let parts = parts.filter_map(|(name, unit)| Series::of_result(table, name, units(name).unwrap_or(unit)));
     whole.chain(parts.take(MORE)).filter(Series::varies).collect()
 }
 
@@ -310,10 +318,11 @@ fn statuses(table: &Table, found: &Summary) -> Markup {
     }
 }
 
-fn distributions(results: &[Series<'_>]) -> Markup {
+fn distributions(results: &[Series<'_>], not_converged: usize) -> Markup {
     html! {
         section id="results" {
             h2 { "Results" }
+            @if not_converged > 0 { p { "Of points that converged; " (not_converged) " did not." } }
             table {
                 (heading(&[
                     "result", ">points", ">minimum", ">5 %", ">median", ">95 %", ">maximum", ">mean",
@@ -329,8 +338,8 @@ fn distributions(results: &[Series<'_>]) -> Markup {
                     tr {
                         td { (result.name) " [" (result.unit) "]" }
                         td class="n" { (sorted.len()) }
-                        @for quantile in [0.0, 0.05, 0.5, 0.95, 1.0] {
-                            td class="n" { (fixed(sorted[(quantile * (n - 1.0)).round() as usize], 5)) }
+                        @for fraction in [0.0, 0.05, 0.5, 0.95, 1.0] {
+                            td class="n" { (fixed(quantile(&sorted, fraction), 5)) }
                         }
                         td class="n" { (fixed(mean, 5)) }
                         td class="n" { (format!("{deviation:.2e}")) }
@@ -412,7 +421,7 @@ fn fit(keys: &[Series<'_>], result: &Series<'_>) -> Option<Fit> {
 
 /// The result over a key.
 fn response(key: &Series<'_>, result: &Series<'_>, joined: bool) -> Markup {
-    let points = key.entries.iter().zip(result.entries);
+    let points = key.entries.iter().zip(result.entries.iter());
     let mut points: Vec<(f64, f64)> =
         points.filter_map(|(x, y)| Some(((*x)?, (*y)?))).filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
     let every = points.len().div_ceil(DRAWN).max(1);
@@ -438,7 +447,7 @@ mod tests {
         let x: Vec<Option<f64>> = (0..30).map(|k| Some(1.0 + f64::from(k % 5))).collect();
         let z: Vec<Option<f64>> = (0..30).map(|k| Some(f64::from(k % 7))).collect();
         let y: Vec<Option<f64>> = x.iter().zip(&z).map(|(x, z)| Some(3.0 + 2.0 * (*x)? - 0.5 * (*z)?)).collect();
-        let series = |name, entries| Series::new(name, "", entries);
+        let series = |name, entries: &[Option<f64>]| Series::new(name, "", entries.to_vec());
         let Fit { swings, fraction } = fit(&[series("x", &x), series("z", &z)], &series("y", &y)).unwrap();
         assert!((swings[0].1 - 8.0).abs() < 1e-10 && (swings[1].1 + 3.0).abs() < 1e-10, "{swings:?}");
         assert!((fraction - 1.0).abs() < 1e-12);

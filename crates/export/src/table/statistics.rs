@@ -22,9 +22,19 @@
 //! pp. 72–101; for sensitivity analysis A. Saltelli et al., "Global Sensitivity Analysis", 2008, chapter 1). It is ±1
 //! where the value rises or falls with the key throughout. Equal values share their mean rank; an infinite one (the
 //! bend radius of a straight cable) has the last. Where keys are crossed, ranks are those within each combination, so
-//! that only the sampled key counts. A correlation of less than 2/√(n − 1) is not told from chance.
+//! that only the sampled key counts. A correlation of less than 2/√(n − 1) is not told from chance. Samples of keys are
+//! correlated by chance, too: beside stronger drivers a key counts only if its partial rank correlation is told from
+//! chance as well. Here n is the number of samples: combinations share them, and more combinations do not make more of
+//! them.
+//!
+//! # Results
+//!
+//! Results of points that did not converge are those of no equilibrium. They are in the table, but in no minimum, mean,
+//! quantile, plot or correlation. Between two values a quantile is interpolated (type 7 of R. J. Hyndman and Y. Fan,
+//! "Sample quantiles in statistical packages", Am. Stat. 50, 1996, pp. 361–365).
 
 use super::Table;
+use nalgebra::DVector;
 use std::collections::BTreeMap;
 use wireloom_core::Status;
 use wireloom_core::requirement::{Measure, Verdict};
@@ -47,6 +57,8 @@ pub const FILE: &str = "wireloom.file";
 
 /// Quantile of the normal distribution for a confidence of 95 %.
 const Z: f64 = 1.959_963_984_540_054;
+/// What is left of ranks beside those of other keys, as a fraction of them, that is as good as nothing.
+const LEFT: f64 = 0.05;
 
 /// Points and how they end.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -226,6 +238,22 @@ fn known(word: Option<&str>) -> Option<Verdict> {
     Verdict::ALL.into_iter().find(|known| Some(known.word()) == word)
 }
 
+/// Numbers of a column, of points that converged only.
+pub fn converged_numbers(table: &Table, column: &str) -> Vec<Option<f64>> {
+    let statuses = table.words("status");
+    let converged = |row: usize| statuses.get(row).is_some_and(|own| own.as_deref() == Some(Status::Converged.word()));
+    table.numbers(column).iter().enumerate().map(|(row, number)| number.filter(|_| converged(row))).collect()
+}
+
+/// Quantile of sorted values, from 0 (least) to 1 (greatest); NaN where there are none.
+pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = fraction.clamp(0.0, 1.0) * last as f64;
+    let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+    // Values may be infinite.
+    if below == above { below } else { below + (above - below) * place.fract() }
+}
+
 /// Measures and names of the requirements of a table.
 pub fn measures(table: &Table) -> impl Iterator<Item = (Measure, &str)> {
     table.note(REQUIREMENTS).unwrap_or_default().lines().filter_map(|line| {
@@ -284,32 +312,77 @@ fn requirement(table: &Table, name: &str, measure: Measure, groups: &[Vec<usize>
             step: text("step", row),
             place: text("where", row),
         }),
-        drivers: drivers(table, values, groups),
+        drivers: drivers(table, &converged_numbers(table, &format!("worst.{name}")), groups),
     }
 }
 
-/// Keys whose rank correlation with these values is told from chance, the strongest first.
-fn drivers(table: &Table, values: &[Option<f64>], groups: &[Vec<usize>]) -> Vec<Driver> {
-    let mut drivers = Vec::new();
-    for key in keys(table) {
+/// A key that may drive values.
+struct Candidate<'t> {
+    key: &'t str,
+    correlation: f64,
+    /// Number of samples.
+    samples: usize,
+    /// Ranks of the key and of the values in each row, about their means; zero where one of the two is missing.
+    ranks: [DVector<f64>; 2],
+}
+
+impl<'t> Candidate<'t> {
+    fn of(table: &'t Table, key: &'t str, values: &[Option<f64>], groups: &[Vec<usize>]) -> Option<Self> {
         let numbers = table.numbers(key);
-        if numbers.is_empty() || values.is_empty() {
-            continue;
+        let pair = |row: usize| {
+            let pair = ((*numbers.get(row)?)?, (*values.get(row)?)?);
+            (pair.0.is_finite() && !pair.1.is_nan()).then_some(pair)
+        };
+        let mut ranks = [DVector::zeros(table.rows()), DVector::zeros(table.rows())];
+        let mut samples = 0;
+        let mut pairs = Vec::new();
+        for rows in groups {
+            let rows: Vec<usize> = rows.iter().copied().filter(|row| pair(*row).is_some()).collect();
+            let own: Vec<(f64, f64)> = rows.iter().filter_map(|row| pair(*row)).collect();
+            let of = [|pair: &(f64, f64)| pair.0, |pair: &(f64, f64)| pair.1];
+            for (ranks, of) in ranks.iter_mut().zip(of) {
+                let ranked = centred_ranks(&own.iter().map(of).collect::<Vec<_>>());
+                rows.iter().zip(ranked).for_each(|(row, rank)| ranks[*row] = rank);
+            }
+            samples = samples.max(own.len());
+            pairs.push(own);
         }
-        let pairs = groups.iter().map(|rows| {
-            let pair = |row: &usize| Some((numbers[*row]?, values[*row]?));
-            rows.iter().filter_map(pair).filter(|(x, y)| x.is_finite() && !y.is_nan()).collect()
+        Some(Self { key, correlation: rank_correlation(&pairs)?, samples, ranks })
+    }
+
+    /// Partial correlation with the values beside keys of these ranks, which are orthogonal; `None` where nothing is
+    /// left to explain, or to explain it with.
+    fn beside(&self, known: &[DVector<f64>]) -> Option<f64> {
+        let [x, y] = self.ranks.each_ref().map(|ranks| {
+            let left =
+                known.iter().fold(ranks.clone(), |left, own| &left - own * (own.dot(&left) / own.norm_squared()));
+            (left.norm() > LEFT * ranks.norm()).then_some(left)
         });
-        let pairs: Vec<Vec<(f64, f64)>> = pairs.collect();
-        let n: usize = pairs.iter().map(Vec::len).sum();
-        if let Some(correlation) = rank_correlation(&pairs)
-            && n > 2
-            && correlation.abs() > 2.0 / ((n - 1) as f64).sqrt()
-        {
-            drivers.push(Driver { key: key.to_owned(), correlation });
+        let (x, y) = (x?, y?);
+        Some(x.dot(&y) / (x.norm() * y.norm()))
+    }
+
+    /// Whether such a correlation beside so many other keys is told from chance.
+    fn is_told(&self, correlation: f64, others: usize) -> bool {
+        self.samples > others + 2 && correlation.abs() > 2.0 / ((self.samples - 1 - others) as f64).sqrt()
+    }
+}
+
+/// Keys whose rank correlation with these values is told from chance, also beside stronger ones; the strongest first.
+fn drivers(table: &Table, values: &[Option<f64>], groups: &[Vec<usize>]) -> Vec<Driver> {
+    let candidates = keys(table).into_iter().filter_map(|key| Candidate::of(table, key, values, groups));
+    let mut candidates: Vec<Candidate<'_>> = candidates.filter(|own| own.is_told(own.correlation, 0)).collect();
+    candidates.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
+    let (mut drivers, mut known) = (Vec::new(), Vec::<DVector<f64>>::new());
+    for own in candidates {
+        if own.beside(&known).is_some_and(|partial| own.is_told(partial, known.len())) {
+            let [ranks, _] = &own.ranks;
+            let left =
+                |left: DVector<f64>, other: &DVector<f64>| &left - other * (other.dot(&left) / other.norm_squared());
+            known.push(known.iter().fold(ranks.clone(), left));
+            drivers.push(Driver { key: own.key.to_owned(), correlation: own.correlation });
         }
     }
-    drivers.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
     drivers
 }
 
@@ -377,6 +450,83 @@ mod tests {
         // Two combinations at different levels, each falling: together they would seem to rise.
         let fall = |at: f64| (0..5).map(|k| (at + f64::from(k), 10.0 * at - f64::from(k))).collect::<Vec<_>>();
         assert_eq!(rank_correlation(&[fall(0.0), fall(10.0)]), Some(-1.0));
+    }
+
+    #[test]
+    fn the_median_of_two_values_lies_between_them() {
+        assert_eq!(quantile(&[1.0, 2.0], 0.5), 1.5);
+        assert_eq!(quantile(&[1.0, 2.0, 4.0, 8.0], 0.5), 3.0);
+        // R: quantile(c(1, 2, 4, 8), c(0.05, 0.95)).
+        assert!((quantile(&[1.0, 2.0, 4.0, 8.0], 0.05) - 1.15).abs() < 1e-12);
+        assert!((quantile(&[1.0, 2.0, 4.0, 8.0], 0.95) - 7.4).abs() < 1e-12);
+        let ends = [0.0, 1.0].map(|fraction| quantile(&[1.0, f64::INFINITY, f64::INFINITY], fraction));
+        assert_eq!(ends, [1.0, f64::INFINITY]);
+    }
+
+    /// A table of points with these keys, and the requirement "pull" with these values.
+    fn pulled(crossed: &str, columns: Vec<(&str, Vec<f64>)>, pull: Vec<f64>, status: Vec<&str>) -> Table {
+        let rows = pull.len();
+        let of = |all: Vec<f64>| Column::Numbers(all.into_iter().map(Some).collect());
+        let words = |all: Vec<&str>| Column::Words(all.into_iter().map(|word| Some(word.to_owned())).collect());
+        let mut all = vec![("point".to_owned(), Column::Counts((0..rows as i64).map(Some).collect()))];
+        all.extend(columns.into_iter().map(|(key, values)| (key.to_owned(), of(values))));
+        all.push(("status".to_owned(), words(status)));
+        all.push(("verdict".to_owned(), words(vec!["pass"; rows])));
+        all.push(("verdict.pull".to_owned(), words(vec!["pass"; rows])));
+        all.push(("worst.pull".to_owned(), of(pull)));
+        let notes = [(METHOD, "random"), (CROSSED, crossed), (REQUIREMENTS, "force\tpull")];
+        Table { columns: all, notes: notes.map(|(key, text)| (key.to_owned(), text.to_owned())).to_vec() }
+    }
+
+    /// Sixteen samples, each with ten values of a crossed key: a key that the value does not depend on is correlated
+    /// with it by chance, as much as sixteen samples may be.
+    #[test]
+    fn samples_that_are_crossed_are_no_further_samples() {
+        let pull: Vec<f64> = (0..16).map(f64::from).collect();
+        let key = [3.0, 9.0, 1.0, 12.0, 7.0, 0.0, 14.0, 5.0, 10.0, 2.0, 15.0, 8.0, 4.0, 13.0, 6.0, 11.0];
+        let times = |all: &[f64]| (0..10).flat_map(|_| all.to_vec()).collect::<Vec<f64>>();
+        let crossed = (0..160).map(|k| f64::from(k / 16)).collect();
+        let columns = vec![("key", times(&key)), ("crossed", crossed)];
+        let table = pulled("crossed", columns, times(&pull), vec!["converged"; 160]);
+        let rho = rank_correlation(&[pull.into_iter().zip(key).collect()]).unwrap();
+        assert!(rho > 2.0 / 159.0_f64.sqrt() && rho < 2.0 / 15.0_f64.sqrt(), "{rho}");
+        assert_eq!(summary(&table).requirements[0].drivers, []);
+    }
+
+    /// Two keys whose samples are correlated by chance: the value depends on one of them.
+    #[test]
+    fn a_key_is_no_driver_because_its_samples_are_like_those_of_one() {
+        let first: Vec<f64> = (0..16).map(f64::from).collect();
+        let second: Vec<f64> = (0..16).map(|k| f64::from(if k % 9 == 0 { 9 - k } else { k })).collect();
+        let table = pulled(
+            "",
+            vec![("first", first.clone()), ("second", second.clone())],
+            first.clone(),
+            vec!["converged"; 16],
+        );
+        let rho = rank_correlation(&[first.iter().copied().zip(second.clone()).collect()]).unwrap();
+        assert!(rho > 2.0 / 15.0_f64.sqrt(), "{rho}");
+        let drivers = |table: &Table| {
+            let found = summary(table).requirements.remove(0).drivers;
+            found.into_iter().map(|own| own.key).collect::<Vec<_>>()
+        };
+        assert_eq!(drivers(&table), ["first"]);
+        // Where it depends on both, both are.
+        let both: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+        let table = pulled("", vec![("first", first), ("second", second)], both, vec!["converged"; 16]);
+        assert_eq!(drivers(&table).len(), 2, "{:?}", drivers(&table));
+    }
+
+    #[test]
+    fn points_that_did_not_converge_are_in_no_statistics() {
+        let status = (0..20).map(|k| if k < 16 { "converged" } else { "stalled" }).collect();
+        let first: Vec<f64> = (0..20).map(f64::from).collect();
+        // Only those that did not converge depend on the key.
+        let pull = (0..20).map(|k| if k < 16 { f64::from(k % 2) } else { 1e6 }).collect();
+        let table = pulled("", vec![("first", first)], pull, status);
+        let numbers: Vec<f64> = converged_numbers(&table, "worst.pull").into_iter().flatten().collect();
+        assert_eq!((numbers.len(), numbers.iter().sum::<f64>()), (16, 8.0));
+        assert!(summary(&table).requirements[0].drivers.is_empty());
     }
 
     #[test]

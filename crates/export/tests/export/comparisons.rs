@@ -137,6 +137,38 @@ fn the_same_equilibrium_is_the_same_on_any_mesh() {
     assert!(apart > 0.0 && apart < 1e-3, "{apart}");
 }
 
+/// A whole turn more leaves a straight cable where it is.
+#[test]
+fn another_twist_or_load_in_the_same_shape_is_another_equilibrium() {
+    let reasons = |other: Ending| {
+        let comparison = Comparison::of(&cases(vec![ending(cables([1.0; 3])), other]), None, 1e-3);
+        assert_eq!(comparison.groups.len(), 2);
+        comparison.groups[1].reasons.clone()
+    };
+    let mut turned = ending(cables([1.0; 3]));
+    turned.branches[1].twist_turns += 1.0;
+    assert!(matches!(&reasons(turned)[..], [Reason::Twist { branch, .. }] if branch == "b"));
+    let mut pulled = ending(cables([1.0; 3]));
+    pulled.constraints[0].force.x += 1.0;
+    assert!(matches!(&reasons(pulled)[..], [Reason::Bears { constraint, unit: "N", .. }] if constraint == "clip"));
+    let mut strained = ending(cables([1.0; 3]));
+    strained.energy.twist += 1.0 + strained.energy.total().abs();
+    assert!(matches!(&reasons(strained)[..], [Reason::Energy { difference }] if *difference >= 1.0));
+}
+
+#[test]
+fn runs_that_did_not_converge_are_no_equilibrium_together() {
+    let mut torn = ending(cables([1.0; 3]));
+    (torn.converged, torn.status) = (false, "stalled".into());
+    let why = Reason::NotConverged { reference: false, status: "stalled".into() };
+    let comparison = Comparison::of(&cases(vec![torn.clone(), torn.clone()]), None, 1e-3);
+    assert_eq!((comparison.groups.len(), &comparison.groups[0].reasons), (2, &vec![why.clone()]));
+    // One that converged is the reference.
+    let comparison = Comparison::of(&cases(vec![torn.clone(), torn, ending(cables([1.0; 3]))]), None, 1e-3);
+    assert_eq!((comparison.reference, comparison.groups.len()), (2, 3));
+    assert_eq!(comparison.groups[1].reasons, [why]);
+}
+
 #[test]
 fn independent_parts_that_lie_on_either_side_are_found() {
     let mut lower = cables([-1.0, -1.0, 1.0]);

@@ -336,8 +336,13 @@ impl<'a> Equilibrium<'a> {
             Measure::Reach => {
                 for k in self.spans.of(b) {
                     let (span, error) = (&self.spans.all[k], Some(self.of_spans[k].0));
+                    let place = span.place(self.network, b);
+                    // Of a part of a branch those spans whose middle is there.
+                    if place.s.is_some_and(|s| s < from || s > to) {
+                        continue;
+                    }
                     let limit = Some(requirement.max.unwrap_or(1.0) + span.tolerance);
-                    found.push(Found { limit, error, ..at(span.chord / span.length, span.place(self.network, b)) });
+                    found.push(Found { limit, error, ..at(span.chord / span.length, place) });
                 }
             }
             Measure::Buckling => found.extend(self.spans.of(b).filter_map(|k| self.of_spans[k].1.clone())),

@@ -114,7 +114,7 @@ fn whole_arm(network: &Network, joint: &Joint, arm: usize) -> Side {
 }
 
 /// Monitor of the twist between all coupled frames.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct TwistMonitor {
     coupled: Vec<Coupled>,
     /// Orientation of the target of each spring, with a continuous sign.

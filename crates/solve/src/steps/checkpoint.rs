@@ -6,6 +6,7 @@
 
 use crate::report::EventLog;
 use crate::report::discretisation::NodalErrors;
+use crate::report::time_error::TimeError;
 use crate::steps::guide::Guide;
 use crate::steps::plan::Plan;
 use crate::steps::progress::{Control, Progress};
@@ -27,6 +28,8 @@ pub struct Checkpoint {
     pub(crate) plan: Option<Plan>,
     /// Results so far of the operations of the step.
     pub(crate) operations: Vec<OperationResult>,
+    /// Errors that the parts of time up to here leave, by branch.
+    pub(crate) time_errors: Vec<TimeError>,
     /// Largest move of a point in the last increment, m.
     pub(crate) previous_move: Option<f64>,
     pub(crate) step_index: usize,
@@ -88,7 +91,7 @@ impl Checkpoint {
                     && own.beside.len() + 1 == constraint.stations.len().max(1)
                     && own.memory.len() == constraint.model.memory().len()
             })
-            && conditions.rods.len() == network.branches.len()
+            && (conditions.rods.len(), self.time_errors.len()) == (network.branches.len(), network.branches.len())
             && network.branches.iter().zip(&conditions.rods).all(|(b, own)| own.memory.len() == b.rod.memory().len())
             && (conditions.load_factors.len(), conditions.sliding.len()) == (network.loads.len(), network.slides.len())
             && conditions.temperatures.len() == network.branches.len()

@@ -4,6 +4,7 @@
 //! [`super::equilibrium`] solves under given conditions, [`super::step_result`] reports.
 
 use crate::report::discretisation::NodalErrors;
+use crate::report::time_error::TimeError;
 use crate::report::{EventLog, Occurrence, TwistMonitor};
 use crate::start::layout;
 use crate::steps::certificate::{Certifier, Grade};
@@ -60,6 +61,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(super) previous_move: Option<f64>,
     /// Estimated discretisation errors of the last result, by branch.
     pub(super) errors: Vec<NodalErrors>,
+    /// Errors that the parts of time up to here leave, by branch.
+    pub(super) time_errors: Vec<TimeError>,
     /// Results so far of the operations of the current step.
     pub(super) operations: Vec<OperationResult>,
     /// Equilibria near which those of the increments are searched for.
@@ -138,6 +141,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             smallest_part: 1.0,
             previous_move: None,
             errors: Vec::new(),
+            time_errors: vec![TimeError::default(); network.branches.len()],
             operations: Vec::new(),
             guide: None,
         }
@@ -173,6 +177,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             log,
             plan,
             operations,
+            time_errors,
             previous_move,
             step_index,
             increment,
@@ -186,6 +191,7 @@ impl<'n, 'm> Driver<'n, 'm> {
         (driver.iterations, driver.polish, driver.factorisations) = work;
         (driver.log, driver.operations, driver.previous_move, driver.starting) =
             (log, operations, previous_move, false);
+        driver.time_errors = time_errors;
         (driver, RunPosition { plan, step_index, increment, seconds, status, notes, kept })
     }
 
@@ -210,6 +216,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             factorisations,
             log,
             operations,
+            time_errors,
             previous_move,
             // Recomputed by the next increment, or the same in every run:
             minimiser: _,
@@ -236,6 +243,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             log: log.clone(),
             plan: plan.cloned(),
             operations: operations.clone(),
+            time_errors: time_errors.clone(),
             previous_move: *previous_move,
             step_index: done.0,
             increment: done.1,

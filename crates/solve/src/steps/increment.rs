@@ -114,7 +114,9 @@ impl Driver<'_, '_> {
         self.prescribed_turns = plan.turns(1.0);
         self.began.copy_from(&self.state);
         let before = self.problem.conditions().clone();
-        let (mut status, mut to) = self.follow_guide(plan, b).unwrap_or_else(|| self.advance_through(plan, a, b));
+        let guided = if plan.takes_time() { None } else { self.follow_guide(plan, b) };
+        let at_first = plan.takes_time().then(|| self.results_of_branches());
+        let (mut status, mut to) = guided.unwrap_or_else(|| self.advance_in_time(plan, a, b));
         let mut snapped = false;
         while status == Status::IterationLimit && !self.is_over() && self.lost_twist.is_empty() {
             snapped = true;
@@ -125,7 +127,7 @@ impl Driver<'_, '_> {
             }
             self.update_operations(plan, to);
             if to < b {
-                (status, to) = self.advance_through(plan, to, b);
+                (status, to) = self.advance_in_time(plan, to, b);
             }
         }
         if self.smallest_part < 1.0 {
@@ -143,7 +145,12 @@ impl Driver<'_, '_> {
         }
         status = self.refine(status);
         if is_balanced(status) {
+            if let Some(at_first) = at_first.filter(|_| snapped) {
+                // When it snapped is known to the increment only.
+                self.add_change_as_time_error(&at_first);
+            }
             self.problem.commit_rods(&self.state);
+            self.problem.sum_dissipated(&before.rods);
             let moved = result::farthest(&self.began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;
@@ -312,7 +319,7 @@ impl Driver<'_, '_> {
     }
 
     /// Goes back to the state before a part that began under these conditions, for a shorter part from there on.
-    fn go_back(&mut self, began: &Conditions) {
+    pub(super) fn go_back(&mut self, began: &Conditions) {
         self.restore(began, |_| false);
         for (obstacle, pose) in began.contact.poses.iter().enumerate() {
             self.problem.set_obstacle(obstacle, *pose);

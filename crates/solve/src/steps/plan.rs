@@ -97,7 +97,12 @@ impl Plan {
             || self.angular_velocity.0 != self.angular_velocity.1
             || !self.loads.is_empty()
             || !self.temperatures.is_empty()
-            || self.time.0 != self.time.1
+            || self.takes_time()
+    }
+
+    /// Whether time passes.
+    pub fn takes_time(&self) -> bool {
+        self.time.0 != self.time.1
     }
 
     /// Largest number of turns that a constraint makes about its tangent over a fraction of the step.

@@ -69,7 +69,7 @@ impl Driver<'_, '_> {
             None => !self.problem.has_potential() && !self.problem.has_slides(),
         };
         self.errors = self.certifier.discretisation(&mut self.problem, &self.state, &branches, hessian);
-        for (branch, errors) in branches.iter_mut().zip(&self.errors) {
+        for (branch, errors) in branches.iter_mut().zip(&self.all_errors()) {
             branch.error = errors.largest(branch);
         }
         branches
@@ -147,7 +147,8 @@ impl Driver<'_, '_> {
         let requirements = &self.problem.network.requirements;
         let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
         let states = (&self.state, &self.began);
-        let equilibrium = Equilibrium::new(&mut self.problem, states, results, measured, &self.errors, step);
+        let errors = self.all_errors();
+        let equilibrium = Equilibrium::new(&mut self.problem, states, results, measured, &errors, step);
         let values = |own: &Requirement| if counts(own) { equilibrium.values(own) } else { Vec::new() };
         let found = requirements.iter().map(values).collect();
         self.log.check(requirements, found, here);

@@ -94,6 +94,8 @@ pub struct Identified {
     pub derivatives: usize,
     /// Those among them that are differences of whole runs, because the equilibrium has none.
     pub derivatives_by_runs: usize,
+    /// Why the first of these has none.
+    pub by_runs_because: Option<String>,
     /// Those among them that could not be computed.
     pub derivatives_missing: usize,
     /// Branches whose start is drawn through the measured points: from the scenario's own start it comes to other

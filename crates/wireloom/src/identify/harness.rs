@@ -5,7 +5,7 @@ use super::points::MeasuredPoint;
 use super::unknowns::{Unknown, with_values};
 use crate::sensitivity::{NoAnswer, Source, Study};
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use wireloom_core::{StepResult, Vector};
 use wireloom_scenario::{Fault, Scenario};
@@ -23,8 +23,7 @@ pub struct Work {
     pub failed: usize,
     /// Derivatives of one configuration by one unknown.
     pub derivatives: usize,
-    /// Those among them that came from differences of runs, because the equilibrium has none: contact changes, or it is
-    /// neutral.
+    /// Those among them that came from differences of runs, because the equilibrium has none.
     pub by_runs: usize,
     /// Those among them that could not be computed, and count as zero.
     pub none: usize,
@@ -42,6 +41,8 @@ pub struct Harness<'a> {
     pub points: &'a [MeasuredPoint],
     /// The work so far.
     pub work: Work,
+    /// Why the first derivative that came from differences of runs did.
+    pub by_runs_because: Option<String>,
     /// Text and initial equilibrium of the last values from which the fit goes on. Other values are tried from near
     /// there: where a harness has several equilibria, a search from the layout may end in any of them.
     pub reference: Option<Rc<(String, Checkpoint)>>,
@@ -148,7 +149,10 @@ impl Harness<'_> {
         let mut missing = BTreeSet::new();
         for step in self.steps() {
             self.work.derivatives += self.unknowns.len();
-            missing.extend(self.derivatives(study, step, theta, &mut jacobian)?.into_iter().map(|j| (j, step)));
+            for (j, reason) in self.derivatives(study, step, theta, &mut jacobian)? {
+                missing.insert((j, step));
+                self.by_runs_because.get_or_insert(reason);
+            }
         }
         self.work.by_runs += missing.len();
         let unknowns: BTreeSet<usize> = missing.iter().map(|(j, _)| *j).collect();
@@ -165,14 +169,15 @@ impl Harness<'_> {
         Ok(jacobian)
     }
 
-    /// Derivatives at the end of one step, from equilibria near it. Returns the unknowns for which there are none.
+    /// Derivatives at the end of one step, from equilibria near it. Returns the unknowns for which there are none, and
+    /// why.
     fn derivatives(
         &self,
         study: &mut Study<'_>,
         step: usize,
         theta: &DVector<f64>,
         jacobian: &mut DMatrix<f64>,
-    ) -> Result<Vec<usize>, Stopped> {
+    ) -> Result<BTreeMap<usize, String>, Stopped> {
         let outputs = self.outputs(step);
         let keys: Vec<String> = self.unknowns.iter().map(|unknown| unknown.key.clone()).collect();
         let increments = study.steps()[step].increments;
@@ -181,9 +186,9 @@ impl Harness<'_> {
         let found = match found {
             Ok(found) => found,
             Err(NoAnswer::Stopped) => return Err(Stopped),
-            Err(_) => return Ok((0..self.unknowns.len()).collect()),
+            Err(reason) => return Ok((0..self.unknowns.len()).map(|j| (j, reason.to_string())).collect()),
         };
-        let mut missing = BTreeSet::new();
+        let mut missing = BTreeMap::new();
         for (first, point) in rows(self.points).filter(|(_, point)| point.step == step) {
             for (i, (_, name)) in names(point).enumerate() {
                 let Some(output) = found.outputs.iter().find(|output| output.name == name) else { continue };
@@ -191,13 +196,13 @@ impl Harness<'_> {
                     match derivative.value {
                         Some(value) => jacobian[(first + i, j)] = value * self.unknowns[j].slope(theta[j]),
                         None => {
-                            missing.insert(j);
+                            missing.entry(j).or_insert_with(|| derivative.reason.clone().unwrap_or_default());
                         }
                     }
                 }
             }
         }
-        Ok(missing.into_iter().collect())
+        Ok(missing)
     }
 
     /// Difference of runs by an unknown; to one side where there is no equilibrium on the other. `None`: on neither.

@@ -53,6 +53,7 @@ pub fn identify(source: Source<'_>, request: &Request<'_>) -> Result<Identified,
         unknowns: &unknowns,
         points: &points,
         work: harness::Work::default(),
+        by_runs_because: None,
         reference: None,
         failure: None,
     };
@@ -176,6 +177,7 @@ impl Shapes<'_> {
             failed_solves: work.failed,
             derivatives: work.derivatives,
             derivatives_by_runs: work.by_runs,
+            by_runs_because: harness.by_runs_because.clone(),
             derivatives_missing: work.none,
             ..Identified::of(scenario, at, &statistics, parameters, settled, text)
         })

@@ -27,8 +27,8 @@ pub(super) struct Line {
     pub worst: f64,
     /// Whether it must be kept.
     pub must: bool,
-    /// Whether it holds for every harness.
-    pub always: bool,
+    /// Whether its margin is relative to a limit, as that of all but some of what holds for every harness.
+    pub is_relative: bool,
     /// Side of its limit.
     pub bound: Bound,
     /// How far it is kept, as a constraint: zero where it is kept with the margin asked for.
@@ -66,10 +66,11 @@ impl Line {
             increment: moment.increment,
             worst,
             must: line.severity == Severity::Must,
-            always: line.origin == Origin::Always,
+            is_relative: line.origin != Origin::Always || limit != 0.0,
             bound: line.bound,
-            // What holds for every harness may be exactly as it should be, such as a span that is just taut.
-            kept: if line.origin == Origin::Always { own } else { kept - margin - INSIDE },
+            // What holds for every harness may be exactly as it should be, such as a span that is just taut: no margin
+            // is asked of it.
+            kept: if line.origin == Origin::Always { own - INSIDE } else { kept - margin - INSIDE },
             kept_slope: if line.origin == Origin::Always { sign / scale } else { kept_slope },
             margin: own,
             margin_slope: sign / scale,
@@ -189,7 +190,7 @@ impl<'a> Evaluation<'a> {
 pub(super) fn counted<'l>(lines: &'l [Line], of: &'l Minimised) -> impl Iterator<Item = (&'l Line, f64, f64)> {
     lines.iter().filter_map(move |line| match of {
         Minimised::Requirement(name) if *name == line.name => Some((line, line.badness(), line.badness_slope())),
-        Minimised::WorstMargin if line.must && !line.always => Some((line, -line.margin, -line.margin_slope)),
+        Minimised::WorstMargin if line.must && line.is_relative => Some((line, -line.margin, -line.margin_slope)),
         _ => None,
     })
 }

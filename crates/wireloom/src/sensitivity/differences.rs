@@ -58,8 +58,17 @@ impl Around<'_, '_> {
         here: &Measured,
         outputs: &[Asked],
     ) -> Result<Vec<Derivative>, NoAnswer> {
-        let (h, first) = self.suitable_step(parameter)?;
+        let (mut h, mut first) = self.suitable_step(parameter)?;
         let mut closer = None;
+        if let [Ok(_), Err(_)] | [Err(_), Ok(_)] = first {
+            // What one side alone did not find may lie nearer.
+            let nearer = self.pair(parameter, CLOSER * h)?;
+            if nearer.iter().all(Result::is_ok) {
+                (h, first) = (CLOSER * h, nearer);
+            } else {
+                closer = Some(nearer);
+            }
+        }
         let mut all = Vec::with_capacity(outputs.len());
         for asked in outputs {
             let Some(value) = asked.value else {

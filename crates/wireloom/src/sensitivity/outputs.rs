@@ -17,6 +17,8 @@ use wireloom_solve::steps::nearby::Nearby;
 const ROUND_OFF: f64 = 1e-12;
 /// Number of rounding errors of the strains that add up in a force.
 const ROUNDINGS: f64 = 20.0;
+/// Accuracy of a value of a run, relative to it.
+const SAME: f64 = 1e-4;
 
 /// Outputs of a harness at one equilibrium.
 pub(super) struct Catalogue {
@@ -141,12 +143,15 @@ impl Catalogue {
             return Some("it is the largest force on the way, not a value of one equilibrium".to_owned());
         }
         let (worst, moment) = (line.worst?, line.moment.as_ref()?);
-        let value = here.value(name);
-        let same = value.is_some_and(|value| (value - worst).abs() <= 1e-6 * worst.abs());
-        let unit = line.measure.unit();
-        (!same).then(|| {
-            let worst = if worst.is_finite() { format!("{worst:.4} {unit}") } else { "infinite".to_owned() };
-            format!("its worst value, {worst}, is in step `{}`, increment {}", moment.step, moment.increment)
+        let here_now = (&moment.step, moment.increment) == (&ended.end.name, ended.end.increment);
+        // Of one equilibrium both have the accuracy of the run.
+        let accuracy =
+            if here_now { (SAME * worst.abs()).max(line.error.unwrap_or(0.0)) } else { 1e-2 * SAME * worst.abs() };
+        let same = here.value(name).is_some_and(|value| (value - worst).abs() <= accuracy);
+        let worst = wireloom_export::sheet::value(line.measure, worst);
+        (!same).then(|| match here_now {
+            true => format!("its worst value, {worst}, is on the way through this increment"),
+            false => format!("its worst value, {worst}, is in step `{}`, increment {}", moment.step, moment.increment),
         })
     }
 }

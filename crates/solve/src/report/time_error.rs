@@ -1,0 +1,66 @@
+//! Errors of results that the division of time leaves, see `steps::time`.
+
+use super::discretisation::NodalErrors;
+use serde::{Deserialize, Serialize};
+use wireloom_core::Vector;
+use wireloom_core::equilibrium::BranchResult;
+
+/// Errors of the results of a branch that parts of time leave, the same at all its nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct TimeError {
+    /// 1/m.
+    pub curvature: f64,
+    /// 1/m.
+    pub torsion: f64,
+    /// N.
+    pub force: f64,
+    /// N m.
+    pub moment: f64,
+    /// m.
+    pub position: f64,
+}
+
+impl TimeError {
+    /// Largest differences between two results of a branch.
+    pub fn between(one: &BranchResult, other: &BranchResult) -> Self {
+        let largest = |a: &[Vector], b: &[Vector]| a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        let numbers = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        Self {
+            curvature: numbers(&curvatures(one), &curvatures(other)),
+            torsion: numbers(&torsions(one), &torsions(other)),
+            force: largest(&one.force, &other.force),
+            moment: largest(&one.moment, &other.moment),
+            position: largest(&one.position, &other.position),
+        }
+    }
+
+    /// Adds other ones.
+    pub fn add(&mut self, other: &Self) {
+        self.curvature += other.curvature;
+        self.torsion += other.torsion;
+        self.force += other.force;
+        self.moment += other.moment;
+        self.position += other.position;
+    }
+
+    /// Adds these errors to those of the nodes.
+    pub fn add_to(&self, errors: &mut NodalErrors) {
+        let add = |all: &mut Vec<f64>, error: f64| all.iter_mut().for_each(|own| *own += error);
+        add(&mut errors.curvature, self.curvature);
+        add(&mut errors.torsion, self.torsion);
+        add(&mut errors.force, self.force);
+        add(&mut errors.moment, self.moment);
+        add(&mut errors.position, self.position);
+    }
+}
+
+/// Curvature at each node, 1/m.
+pub(crate) fn curvatures(branch: &BranchResult) -> Vec<f64> {
+    branch.bend_radius.iter().map(|radius| 1.0 / radius).collect()
+}
+
+/// Turn of the frames from node to node per length, 1/m.
+pub(crate) fn torsions(branch: &BranchResult) -> Vec<f64> {
+    let turned = branch.frame.windows(2).zip(branch.s.windows(2));
+    turned.map(|(q, s)| (q[0].inverse() * q[1]).scaled_axis().z / (s[1] - s[0])).collect()
+}
