@@ -40,6 +40,7 @@ fn main() -> ExitCode {
         ("a wrong command line ends with 1, help with 0", command_line),
         ("an unknown minimiser is refused with the known ones", unknown_minimiser),
         ("wires come from files beside the scenario, and check says what they make", wires_from_files),
+        ("obstacles on a mechanism move in VTK files", vtk_of_mechanisms),
         ("sensitivities prints derivatives", sensitivities),
         ("identify finds a stiffness", identifies),
         ("identify finds what a bending curve says", identifies_from_bending),
@@ -397,6 +398,20 @@ fn report() -> Checked {
     place.file("s.toml", first()? + "\n[output]\nreport = true\n")?;
     place.run(&["run", "s.toml", "--out", "o", "-q"])?.expect(0)?;
     ensure(place.path("o/report.html").exists(), place.files("o"))
+}
+
+/// A door in ParaView stood still, and the cable went through it.
+fn vtk_of_mechanisms() -> Checked {
+    let place = Place::new()?;
+    let text = fs::read_to_string(root().join("scenarios/mechanisms/door.toml"))?;
+    place.file("s.toml", text.replace("[output]\n", "[output]\nvtk = true\n"))?;
+    place.run(&["run", "s.toml", "--out", "o", "-q"])?.expect(0)?;
+    let files = place.files("o")?;
+    ensure(!files.contains(&"vtk/obstacles.vtp".to_owned()), &files)?;
+    let [first, last] = ["0001", "0006"].map(|n| fs::read(place.path(&format!("o/vtk/obstacles-{n}.vtp"))));
+    ensure(first? != last?, "the door stands still")?;
+    let series = fs::read_to_string(place.path("o/harness.pvd"))?;
+    ensure(series.contains("vtk/obstacles-0006.vtp"), &series)
 }
 
 fn all_outputs() -> Checked {

@@ -4,6 +4,7 @@ use crate::json::Provenance;
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{Run, StepResult};
 use wireloom_core::obstacle::{Obstacle, Surface};
+use wireloom_core::steps::Schedule;
 
 /// An output format. Names of files lead into folders below that of the results, with `/`.
 pub trait Format: Sync {
@@ -133,6 +134,14 @@ impl Surroundings {
     /// `moves`: whether a step moves an obstacle, by its index.
     pub fn new(obstacles: Vec<Obstacle>, moves: impl Fn(usize) -> bool) -> Self {
         Self { moves: (0..obstacles.len()).map(moves).collect(), obstacles }
+    }
+
+    /// Those of a run: an obstacle moves where a step moves it, or may move where it is mounted on a mechanism.
+    pub fn of_run(obstacles: Vec<Obstacle>, schedule: &Schedule) -> Self {
+        let moved: Vec<usize> =
+            schedule.steps.iter().flat_map(|step| &step.obstacle_moves).map(|motion| motion.obstacle).collect();
+        let moves = obstacles.iter().enumerate().map(|(k, own)| own.mount.is_some() || moved.contains(&k)).collect();
+        Self { obstacles, moves }
     }
 
     /// The obstacles, in the order of the scenario.

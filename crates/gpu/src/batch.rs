@@ -146,7 +146,7 @@ impl Batch {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The plan of a topology. It is the same one until [`PLANS`] others were asked for.
+    /// The plan of a topology: the same one until many others were asked for.
     pub fn plan(&self, topology: Topology) -> Arc<Plan> {
         // Made under the lock: all members ask at once, and one of them makes it.
         let mut plans = self.plans.lock().unwrap_or_else(PoisonError::into_inner);

@@ -40,14 +40,12 @@ pub struct Made {
 impl Recipe {
     /// Of a scenario; `texts`: its own and those of the files it names; `hashed`: other files.
     pub fn of(scenario: &Scenario, built: &Built, texts: Vec<(String, String)>, hashed: &[(String, String)]) -> Self {
-        let moved: Vec<usize> =
-            built.schedule.steps.iter().flat_map(|step| &step.obstacle_moves).map(|motion| motion.obstacle).collect();
         let branches = built.network.branches.iter();
         Self {
             output: scenario.output,
             provenance: wireloom::export::provenance(PROGRAM, scenario, &texts, hashed, &[]),
             texts,
-            surroundings: Surroundings::new(built.network.obstacles.clone(), |k| moved.contains(&k)),
+            surroundings: Surroundings::of_run(built.network.obstacles.clone(), &built.schedule),
             branches: branches.map(|branch| (branch.points.clone(), 0.5 * branch.section.diameter)).collect(),
         }
     }

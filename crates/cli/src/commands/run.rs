@@ -8,7 +8,7 @@ use crate::extremes::Extremes;
 use crate::failure::{Failure, Outcome};
 use crate::files::load::Loaded;
 use crate::files::page;
-use crate::files::results::{self, Results};
+use crate::files::results::Results;
 use crate::files::swept::Swept;
 use crate::plugin::crash::CrashReport;
 use crate::plugin::load::record;
@@ -22,6 +22,7 @@ use job::Job;
 use std::io::{self, Write};
 use std::path::Path;
 use watcher::Watcher;
+use wireloom::export::format::Surroundings;
 use wireloom::{Run, Status, result};
 use wireloom_studio::replay::Recorder;
 
@@ -108,7 +109,7 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
             scenario.output,
             texts,
             provenance,
-            results::surroundings(&built),
+            Surroundings::of_run(built.network.obstacles.clone(), &built.schedule),
             standing.times,
         ),
         keeper,

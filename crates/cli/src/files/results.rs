@@ -32,13 +32,6 @@ pub fn asked(output: &Output) -> impl Iterator<Item = &'static dyn Format> {
     FORMATS.iter().copied().filter(|format| format.key().is_none_or(|key| output.asks_for(key)))
 }
 
-/// The obstacles of a scenario.
-pub fn surroundings(built: &Built) -> Surroundings {
-    let mut moves = built.schedule.steps.iter().flat_map(|step| &step.obstacle_moves).map(|motion| motion.obstacle);
-    let moved: Vec<usize> = moves.by_ref().collect();
-    Surroundings::new(built.network.obstacles.clone(), |k| moved.contains(&k))
-}
-
 impl Results {
     /// Into this folder; `texts`: those of the scenario; `times`: those of the increments written before an
     /// interruption.
@@ -108,7 +101,7 @@ impl Results {
 
 /// Makes sure that the files of this number of increments still are what was written, before more are added to them.
 pub fn check(folder: &Folder, output: &Output, built: &Built, increments: usize) -> Result<(), Failure> {
-    let surroundings = surroundings(built);
+    let surroundings = Surroundings::of_run(built.network.obstacles.clone(), &built.schedule);
     for (number, format) in (1..=increments).flat_map(|number| asked(output).map(move |format| (number, format))) {
         format.increment_names(number, &surroundings).iter().try_for_each(|name| folder.check(name))?;
     }
