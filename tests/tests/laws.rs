@@ -229,6 +229,27 @@ fn the_error_of_creep_in_time_is_in_the_sheet() {
     }
 }
 
+/// The same of the twist of a cable: `τ = (M + K q)/(GJ + K)` with `q = M/GJ (1 − exp(−(t/T) GJ/(GJ + K)))`, its turns
+/// `τ L/2π`. One increment passed a limit that was exceeded.
+#[test]
+fn the_error_of_creep_in_time_is_in_the_turns() {
+    let section = with(
+        "torsion_stiffness = 0.008\n",
+        "torsion_stiffness = 0.008\ncreep = { torsion = [{ stiffness = 0.02, time = \"1 h\" }] }\n",
+    );
+    let cable = branch("cable", ["A", "B"], "cable", 0.5, 30);
+    let rest = "[[loads]]\nname = \"m\"\nat = { end = \"B\" }\nmoment = [0.01, 0, 0]\nfactor = 0\n\
+         [[requirements]]\nname = \"turns\"\nquantity = \"turns\"\nof = { branch = \"cable\" }\nmax = 1\n\
+         [[steps]]\nname = \"on\"\n[[steps.load]]\nload = \"m\"\nfactor = 1\n\
+         [[steps]]\nname = \"hold\"\nwait = true\nduration = \"2 h\"\n";
+    let run = converged(&[STEM, &section, &cable, &connector("wall", "A", [0.0; 3]), rest].concat());
+    let line = run.requirements.iter().find(|line| line.name == "turns").expect("a requirement");
+    let (worst, error) = (line.worst.expect("a value"), line.error.expect("an error"));
+    let crept = 0.01 / 0.008 * (1.0 - (-2.0_f64 * 0.008 / 0.028).exp());
+    let turns = (0.01 + 0.02 * crept) / 0.028 * 0.5 / std::f64::consts::TAU;
+    assert!((worst - turns).abs() <= error && error < 1e-3, "{worst} ± {error}, not {turns}");
+}
+
 /// A load that goes within an increment leaves what has crept by then.
 #[test]
 fn a_load_that_goes_in_one_increment_leaves_what_it_leaves_in_many() {

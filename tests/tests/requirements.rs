@@ -225,6 +225,25 @@ fn the_contact_force_of_a_plane_is_the_weight_it_carries() {
     close(line(&run, "pair").worst, carried, 1e-9);
 }
 
+/// Between the clip at 0.1 m and the plug 0.4 m of cable bridge 0.395 m: also a span of the part from its start to
+/// 0.2 m, whose middle is not there.
+#[test]
+fn the_reach_of_a_part_counts_spans_that_cross_it() {
+    let text = [
+        "schema = 1\nname = \"part\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 20),
+        &connector("wall", "A", [0.0; 3]),
+        &connector("plug", "B", [0.48, 0.0, 0.0]),
+        "[[constraints]]\nname = \"clip\"\nkind = \"connector\"\nat = { branch = \"cable\", s = 0.1 }\n\
+         position = [0.085, 0, 0]\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n\
+         [[requirements]]\nname = \"taut\"\nquantity = \"reach\"\nof = { branch = \"cable\", to = 0.2 }\nmax = 0.9\n",
+    ];
+    let run = run(&text.concat());
+    close(line(&run, "taut").worst, 0.395 / 0.4, 1e-6);
+    assert_eq!(line(&run, "taut").verdict, Verdict::Fail);
+}
+
 #[test]
 fn slack_and_reach_of_a_half_circle_are_those_of_geometry() {
     let text = [

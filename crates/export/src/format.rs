@@ -131,7 +131,7 @@ pub struct Surroundings {
 const DRAWN: f64 = 10.0;
 
 impl Surroundings {
-    /// `moves`: whether a step moves an obstacle, by its index.
+    /// `moves`: whether an obstacle moves, by its index.
     pub fn new(obstacles: Vec<Obstacle>, moves: impl Fn(usize) -> bool) -> Self {
         Self { moves: (0..obstacles.len()).map(moves).collect(), obstacles }
     }
@@ -140,8 +140,8 @@ impl Surroundings {
     pub fn of_run(obstacles: Vec<Obstacle>, schedule: &Schedule) -> Self {
         let moved: Vec<usize> =
             schedule.steps.iter().flat_map(|step| &step.obstacle_moves).map(|motion| motion.obstacle).collect();
-        let moves = obstacles.iter().enumerate().map(|(k, own)| own.mount.is_some() || moved.contains(&k)).collect();
-        Self { obstacles, moves }
+        let mounted: Vec<bool> = obstacles.iter().map(|own| own.mount.is_some()).collect();
+        Self::new(obstacles, |k| mounted[k] || moved.contains(&k))
     }
 
     /// The obstacles, in the order of the scenario.

@@ -183,6 +183,7 @@ impl Batch {
 
     /// Minimises all jobs that wait, and tells their threads.
     fn submit(&self, gpu: &Gpu) {
+        let _taken = Taken(self);
         let (mut jobs, mut prepared) = {
             let mut queue = self.lock();
             (std::mem::take(&mut queue.waiting), std::mem::take(&mut queue.prepared))
@@ -191,8 +192,17 @@ impl Batch {
             minimise_same_plan(gpu, &mut jobs, &mut prepared);
         }
         prepared.drain(..prepared.len().saturating_sub(PREPARED_PLANS));
-        let mut queue = self.lock();
-        (queue.prepared, queue.busy) = (prepared, false);
+        self.lock().prepared = prepared;
+    }
+}
+
+/// The device while a thread submits; another one may when it is dropped, also by a panic.
+struct Taken<'b>(&'b Batch);
+
+impl Drop for Taken<'_> {
+    fn drop(&mut self) {
+        let mut queue = self.0.lock();
+        queue.busy = false;
         queue.find_leader();
     }
 }

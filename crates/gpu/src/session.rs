@@ -33,12 +33,12 @@ struct EncodedDispatch {
 
 /// Reason why a session could not be created.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the harness needs a buffer of {required_limits} bytes (`{buffer}`), and the device allows {allowed}")]
+#[error("the harness needs a buffer of {required} bytes (`{buffer}`), and the device allows {allowed}")]
 pub struct TooLarge {
     /// Name of the buffer.
     pub buffer: &'static str,
     /// Its size, bytes.
-    pub required_limits: u64,
+    pub required: u64,
     /// The largest allowed size, bytes.
     pub allowed: u64,
 }
@@ -71,7 +71,7 @@ impl Session {
         let buffer = |name: &'static str, size: usize, usage: BufferUsages| {
             let size = size as u64;
             if size > allowed {
-                return Err(TooLarge { buffer: name, required_limits: size, allowed });
+                return Err(TooLarge { buffer: name, required: size, allowed });
             }
             Ok(device.create_buffer(&BufferDescriptor {
                 label: Some(name),

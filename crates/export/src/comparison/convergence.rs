@@ -5,9 +5,10 @@
 //! estimate of the remaining error, `|f(h₃) − f₀| = e₂₃ h₃ᵖ/(h₂ᵖ − h₃ᵖ)`. For shapes the changes are distances,
 //! negative where the shape goes back.
 //!
-//! The scheme is of fourth order ([`SCHEME`]), and of second order at worst. An observed order above four says that the
-//! coarsest mesh is too coarse to have one; the error is then that of an order of [`CAREFUL`], and there is no limit.
-//! The same holds where changes get smaller but change their sign, which is no order at all.
+//! The scheme is of fourth order ([`SCHEME`]), and of second order at worst. An observed order above [`NEARLY`] says
+//! that the coarsest mesh is too coarse to have one; the error is then that of an order of [`CAREFUL`], and there is no
+//! limit. Where changes get smaller but change their sign, which is no order at all, it is no less than the last
+//! change. Where they hardly get smaller, there is no error.
 
 use super::shape;
 use crate::ending::Ending;
@@ -102,8 +103,13 @@ fn trend(quantity: &'static str, unit: &'static str, h: &[f64], changes: Vec<f64
             }
             order => {
                 trend.order = order;
-                // What goes to and fro settles as long as it gets less.
-                trend.error = (e23.abs() < e12.abs()).then(|| left(CAREFUL).abs());
+                let ratio = e12 / e23;
+                trend.error = match order {
+                    None if ratio < -1.0 => Some(left(CAREFUL).abs().max(e23.abs())),
+                    None if ratio <= ratio_of([*h1, *h2, *h3], ORDERS[1]) => None,
+                    None if ratio.is_nan() => None,
+                    _ => Some(left(CAREFUL).abs()),
+                };
             }
         }
     }
@@ -111,9 +117,14 @@ fn trend(quantity: &'static str, unit: &'static str, h: &[f64], changes: Vec<f64
     trend
 }
 
+/// `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ)`.
+fn ratio_of([h1, h2, h3]: [f64; 3], p: f64) -> f64 {
+    (h1.powf(p) - h2.powf(p)) / (h2.powf(p) - h3.powf(p))
+}
+
 /// `p` with `(h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) = ratio`, by bisection: the left side grows with `p`.
 fn order([h1, h2, h3]: [f64; 3], ratio: f64) -> Option<f64> {
-    let excess = |p: f64| (h1.powf(p) - h2.powf(p)) / (h2.powf(p) - h3.powf(p)) - ratio;
+    let excess = |p: f64| ratio_of([h1, h2, h3], p) - ratio;
     let [mut low, mut high] = ORDERS;
     if !(excess(low) < 0.0 && excess(high) > 0.0) {
         return None;
@@ -164,5 +175,15 @@ mod tests {
             assert_eq!(trend("f", "", &h, changes.to_vec(), Some(1.0)).order, None, "{changes:?}");
         }
         assert_eq!(trend("f", "", &h[..2], vec![1.0], Some(1.0)).order, None);
+    }
+
+    /// Changes of 1, 0.99, 0.98 … add up to 100; those of 1, −0.9, 0.81 … leave 0.43.
+    #[test]
+    fn what_hardly_settles_has_no_small_error() {
+        let h = [0.1, 0.05, 0.025];
+        let error = |changes: [f64; 2]| trend("f", "", &h, changes.to_vec(), Some(1.0)).error;
+        assert_eq!([error([1.0, 0.99]), error([1.0, 2.0]), error([1.0, -1.1]), error([f64::NAN, 1.0])], [None; 4]);
+        assert!(error([1.0, -0.9]).unwrap() > 0.43);
+        assert!(error([1.0, 1e-6]).is_some());
     }
 }

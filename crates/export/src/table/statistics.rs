@@ -251,7 +251,7 @@ pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     let place = fraction.clamp(0.0, 1.0) * last as f64;
     let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
     // Values may be infinite.
-    if below == above { below } else { below + (above - below) * place.fract() }
+    if below == above || below == f64::NEG_INFINITY { below } else { below + (above - below) * place.fract() }
 }
 
 /// Measures and names of the requirements of a table.

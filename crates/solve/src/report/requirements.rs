@@ -336,11 +336,10 @@ impl<'a> Equilibrium<'a> {
             Measure::Reach => {
                 for k in self.spans.of(b) {
                     let (span, error) = (&self.spans.all[k], Some(self.of_spans[k].0));
-                    let place = span.place(self.network, b);
-                    // Of a part of a branch those spans whose middle is there.
-                    if place.s.is_some_and(|s| s < from || s > to) {
+                    if !span.meets(b, [from, to]) {
                         continue;
                     }
+                    let place = span.place(self.network, b);
                     let limit = Some(requirement.max.unwrap_or(1.0) + span.tolerance);
                     found.push(Found { limit, error, ..at(span.chord / span.length, place) });
                 }

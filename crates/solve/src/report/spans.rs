@@ -98,6 +98,12 @@ impl CableSpan {
         EventPlace::branch(&network.branches[own.branch].name, 0.5 * (own.s[0] + own.s[1]))
     }
 
+    /// Whether a piece of it on a branch is between two arc lengths, m, in part at least.
+    pub fn meets(&self, branch: usize, [from, to]: [f64; 2]) -> bool {
+        let own = self.pieces.iter().filter(|piece| piece.branch == branch);
+        own.into_iter().any(|Piece { s: [a, b], .. }| a.min(*b) < to && a.max(*b) > from)
+    }
+
     /// Branch and arc length (m) of its ends.
     pub fn ends(&self) -> [(usize, f64); 2] {
         let (first, last) = (self.pieces[0], self.pieces[self.pieces.len() - 1]);

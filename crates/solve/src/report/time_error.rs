@@ -8,10 +8,10 @@ use wireloom_core::equilibrium::BranchResult;
 /// Errors of the results of a branch that parts of time leave, the same at all its nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct TimeError {
-    /// 1/m.
+    /// Of the curvature, 1/m.
     pub curvature: f64,
-    /// 1/m.
-    pub torsion: f64,
+    /// Of the twist per length of the frames, 1/m.
+    pub twist: f64,
     /// N.
     pub force: f64,
     /// N m.
@@ -27,7 +27,7 @@ impl TimeError {
         let numbers = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         Self {
             curvature: numbers(&curvatures(one), &curvatures(other)),
-            torsion: numbers(&torsions(one), &torsions(other)),
+            twist: numbers(&twists(one), &twists(other)),
             force: largest(&one.force, &other.force),
             moment: largest(&one.moment, &other.moment),
             position: largest(&one.position, &other.position),
@@ -37,7 +37,7 @@ impl TimeError {
     /// Adds other ones.
     pub fn add(&mut self, other: &Self) {
         self.curvature += other.curvature;
-        self.torsion += other.torsion;
+        self.twist += other.twist;
         self.force += other.force;
         self.moment += other.moment;
         self.position += other.position;
@@ -47,7 +47,8 @@ impl TimeError {
     pub fn add_to(&self, errors: &mut NodalErrors) {
         let add = |all: &mut Vec<f64>, error: f64| all.iter_mut().for_each(|own| *own += error);
         add(&mut errors.curvature, self.curvature);
-        add(&mut errors.torsion, self.torsion);
+        add(&mut errors.torsion, self.twist);
+        add(&mut errors.twist, self.twist);
         add(&mut errors.force, self.force);
         add(&mut errors.moment, self.moment);
         add(&mut errors.position, self.position);
@@ -59,8 +60,8 @@ pub(crate) fn curvatures(branch: &BranchResult) -> Vec<f64> {
     branch.bend_radius.iter().map(|radius| 1.0 / radius).collect()
 }
 
-/// Turn of the frames from node to node per length, 1/m.
-pub(crate) fn torsions(branch: &BranchResult) -> Vec<f64> {
+/// Twist per length of the frames from node to node, 1/m.
+pub(crate) fn twists(branch: &BranchResult) -> Vec<f64> {
     let turned = branch.frame.windows(2).zip(branch.s.windows(2));
     turned.map(|(q, s)| (q[0].inverse() * q[1]).scaled_axis().z / (s[1] - s[0])).collect()
 }

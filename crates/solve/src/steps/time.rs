@@ -10,7 +10,7 @@
 
 use super::driver::{Driver, is_balanced};
 use crate::report::discretisation::NodalErrors;
-use crate::report::time_error::{TimeError, curvatures, torsions};
+use crate::report::time_error::{TimeError, curvatures, twists};
 use crate::report::{EventLog, Occurrence, TwistMonitor, result};
 use crate::steps::certificate::Grade;
 use crate::steps::plan::Plan;
@@ -65,14 +65,14 @@ impl Driver<'_, '_> {
             let whole = self.results_of_branches();
             self.begin_again(&beginning);
             let Some(status) = self.advance_in_halves(plan, from, to) else {
+                self.begin_again(&beginning);
                 if self.is_over() {
                     return (Grade::FAILED, from);
                 }
                 // In one piece, then, and what changes in it is not known better than that.
-                self.begin_again(&beginning);
                 let before = self.results_of_branches();
-                self.add_time_error(&before, &whole);
                 let (status, reached) = self.advance_through(plan, from, to);
+                self.add_time_error(&before, &whole);
                 if !is_balanced(status) || to >= b {
                     return (status, reached);
                 }
@@ -148,13 +148,13 @@ impl Driver<'_, '_> {
         let (mut curvature, mut moment) =
             (STRAIGHT / scales.length, ABOVE_ROUND_OFF * self.stop.force_tolerance * scales.moment);
         for branch in other {
-            let bent = curvatures(branch).into_iter().chain(torsions(branch).into_iter().map(f64::abs));
+            let bent = curvatures(branch).into_iter().chain(twists(branch).into_iter().map(f64::abs));
             curvature = bent.fold(curvature, f64::max);
             moment = branch.moment.iter().map(|m| m.norm()).fold(moment, f64::max);
         }
         let of_branch = |(one, other): (&BranchResult, &BranchResult)| {
             let error = TimeError::between(one, other);
-            (error.curvature.max(error.torsion) / curvature).max(error.moment / moment)
+            (error.curvature.max(error.twist) / curvature).max(error.moment / moment)
         };
         one.iter().zip(other).map(of_branch).fold(0.0, f64::max) / TOLERANCE
     }
