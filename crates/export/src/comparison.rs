@@ -3,8 +3,8 @@
 //! Branches are compared at equal fractions of their arc length, on any meshes: between nodes a shape is the cubic
 //! through positions and tangents, so that the corners of a coarse mesh do not count. Runs that converged, whose
 //! branches all lie within a tolerance of each other with the same twist, and whose constraints bear the same forces,
-//! have ended in the same equilibrium. For the others, [`Comparison::parts`] lists the parts of the
-//! harness with more than one shape, and [`Group::reasons`] possible causes.
+//! have ended in the same equilibrium. For the others, [`Comparison::parts`] lists the parts of the harness with more
+//! than one shape, and [`Group::reasons`] possible causes.
 
 mod convergence;
 mod forces;

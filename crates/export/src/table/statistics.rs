@@ -354,8 +354,7 @@ impl<'t> Candidate<'t> {
     /// left to explain, or to explain it with.
     fn beside(&self, known: &[DVector<f64>]) -> Option<f64> {
         let [x, y] = self.ranks.each_ref().map(|ranks| {
-            let left =
-                known.iter().fold(ranks.clone(), |left, own| &left - own * (own.dot(&left) / own.norm_squared()));
+            let left = beside(ranks, known);
             (left.norm() > LEFT * ranks.norm()).then_some(left)
         });
         let (x, y) = (x?, y?);
@@ -368,6 +367,11 @@ impl<'t> Candidate<'t> {
     }
 }
 
+/// What is left of ranks beside those of other keys, which are orthogonal.
+fn beside(ranks: &DVector<f64>, known: &[DVector<f64>]) -> DVector<f64> {
+    known.iter().fold(ranks.clone(), |left, own| &left - own * (own.dot(&left) / own.norm_squared()))
+}
+
 /// Keys whose rank correlation with these values is told from chance, also beside stronger ones; the strongest first.
 fn drivers(table: &Table, values: &[Option<f64>], groups: &[Vec<usize>]) -> Vec<Driver> {
     let candidates = keys(table).into_iter().filter_map(|key| Candidate::of(table, key, values, groups));
@@ -377,9 +381,7 @@ fn drivers(table: &Table, values: &[Option<f64>], groups: &[Vec<usize>]) -> Vec<
     for own in candidates {
         if own.beside(&known).is_some_and(|partial| own.is_told(partial, known.len())) {
             let [ranks, _] = &own.ranks;
-            let left =
-                |left: DVector<f64>, other: &DVector<f64>| &left - other * (other.dot(&left) / other.norm_squared());
-            known.push(known.iter().fold(ranks.clone(), left));
+            known.push(beside(ranks, &known));
             drivers.push(Driver { key: own.key.to_owned(), correlation: own.correlation });
         }
     }

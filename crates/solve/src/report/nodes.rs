@@ -13,6 +13,7 @@
 
 use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::network::Branch;
+use wireloom_core::rod::Mesh;
 use wireloom_core::rotation::columns;
 use wireloom_core::{BranchShape, Rotation, Vector};
 
@@ -76,14 +77,18 @@ pub fn refine(
         } else {
             lag -= (offset(node) - offset(j)).cross(&forces[j]) + shape.edge(j).cross(&shifts[j]);
             lag += (tangent(node) - tangent(j)).cross(&weight(j)) * (l[j] * l[j] / 12.0);
-            let is_inner = |node: usize| node > 0 && node < n && mesh.station_frame(node).is_none();
-            let [before, after] = [j - usize::from(is_inner(j)), j + usize::from(is_inner(j + 1))];
-            let growth = (weight(after) - weight(before)) / (after - before).max(1) as f64;
-            lag += (tangent(node) + tangent(j)).cross(&growth) * (l[j] * l[j] / 48.0);
+            lag += (tangent(node) + tangent(j)).cross(&growth(mesh, j, &weight)) * (l[j] * l[j] / 48.0);
         }
         result.moment[node] += lag;
         bend(node, result.frame[node].inverse() * result.moment[node]);
     }
+}
+
+/// By how much a load per length (N/m, of a segment) grows along a segment. At a station it may end.
+pub fn growth(mesh: &Mesh, j: usize, load: impl Fn(usize) -> Vector) -> Vector {
+    let is_inner = |node: usize| node > 0 && node < mesh.segments() && mesh.station_frame(node).is_none();
+    let [before, after] = [j - usize::from(is_inner(j)), j + usize::from(is_inner(j + 1))];
+    (load(after) - load(before)) / (after - before).max(1) as f64
 }
 
 /// x′ at the middle of each segment: its edge over its length, beside a station of a fine span and `(ℓ/24) x″` at the

@@ -8,8 +8,8 @@ use wireloom_core::requirement::{Measure, Part, Requirement};
 /// Between the name of a requirement and that of its part.
 const SEPARATOR: char = '\u{1f}';
 
-/// Divides the requirements of a network: one for each part, of what varies along a cable, or from span to
-/// span, one for each half of it.
+/// Divides the requirements of a network: one for each part, of what varies along a cable, or from span to span, one
+/// for each half of it.
 pub(super) fn divide(network: &mut Network) {
     tell_apart(network);
     let whole = std::mem::take(&mut network.requirements);

@@ -2,6 +2,7 @@
 
 use super::cells::Curvature;
 use super::samples::Samples;
+use crate::report::nodes::growth;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rod::BranchHessian;
 use wireloom_core::{State, Tangent, Vector};
@@ -223,16 +224,13 @@ impl Samples<'_> {
                     }
                 }
             };
-            let weight = load(j);
-            force -= weight * ((lumped(j) - lumped(j + 1)) / l[j]);
-            // A load that grows along the segment is lumped as if it were even. At a station it may end.
-            let is_inner = |node: usize| node > 0 && node < mesh.segments() && mesh.station_frame(node).is_none();
-            let [before, after] = [j - usize::from(is_inner(j)), j + usize::from(is_inner(j + 1))];
-            let slope = (load(after) - load(before)) / (after - before).max(1) as f64;
-            force += slope * (l[j] / 12.0);
+            let own = load(j);
+            force -= own * ((lumped(j) - lumped(j + 1)) / l[j]);
+            // A load that grows along the segment is lumped as if it were even.
+            force += growth(mesh, j, &load) * (l[j] / 12.0);
             for (node, sign) in [(j, -1.0), (j + 1, 1.0)] {
                 if mesh.station_frame(node).is_some() && !self.fine[j] {
-                    force += weight * (sign * STATION_SHIFT * l[j]);
+                    force += own * (sign * STATION_SHIFT * l[j]);
                 }
             }
             // The centrifugal potential V of nodes beside the centre line: `(ℓ²/24) ρ x′ᵀ ∂²V x′` per length.
