@@ -73,6 +73,8 @@ impl Driver<'_, '_> {
         seconds: impl FnOnce() -> f64,
     ) -> Result<StepResult, Interruption> {
         self.all_clearances = all;
+        // A run that is resumed here knows of no earlier states.
+        self.problem.search_contacts_again();
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
         let _increment = tracing::info_span!("increment", index = increment).entered();
         let status = self.solve_increment(plan, a, b);
@@ -151,6 +153,9 @@ impl Driver<'_, '_> {
             }
             self.problem.commit_rods(&self.state);
             self.problem.sum_dissipated(&before.rods);
+            for driven in events::driven_into_bodies(&self.problem, &before) {
+                self.log.raise(driven);
+            }
             let moved = result::farthest(&self.began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;
@@ -248,6 +253,8 @@ impl Driver<'_, '_> {
             self.update_operations(plan, to);
             if to < b {
                 self.check_on_the_way(false);
+                // Friction goes by the way from one equilibrium to the next.
+                self.problem.commit_contacts(&self.state);
             }
         }
         (status, from)
