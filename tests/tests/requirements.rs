@@ -772,7 +772,6 @@ fn the_clearance_of_arms_of_one_joint_does_not_depend_on_the_mesh() {
     let (fine, _) = clearance(192);
     for segments in [12, 24, 48] {
         let (coarse, error) = clearance(segments);
-        println!("{segments} {coarse} {error} {fine}");
         assert!((coarse - fine).abs() < error.max(0.02 * fine), "{segments}: {coarse} ± {error}, {fine} with 192");
     }
 }
