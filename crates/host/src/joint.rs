@@ -11,7 +11,7 @@ use std::iter::repeat_n;
 use std::ptr::null_mut;
 use std::sync::Arc;
 use wireloom_abi as abi;
-use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
+use wireloom_core::joint::{Arm, JointModel, JointShape, JointSpec, Mounting};
 use wireloom_core::registry::{BuildError, JointKind, Parameters};
 use wireloom_core::{Matrix, Parameter, Rotation, Vector, numeric};
 
@@ -161,7 +161,7 @@ enum Output {
 
 impl Proxy {
     /// Evaluates; `take` receives the requested derivatives. Returns the energy, J. All values are finite, or all NaN.
-    fn evaluate(&self, frames: &[Rotation], asked: Output, take: impl FnOnce(&[f64])) -> f64 {
+    fn evaluate(&self, JointShape { frames, .. }: &JointShape<'_>, asked: Output, take: impl FnOnce(&[f64])) -> f64 {
         let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
         BUFFERS.with_borrow_mut(|buffers| {
             let n = 3 * frames.len();
@@ -203,8 +203,8 @@ impl Proxy {
     }
 
     /// Gradient of the energy, of a plugin that gives it.
-    fn gradient(&self, frames: &[Rotation], slopes: &mut [Vector]) {
-        self.evaluate(frames, Output::Gradient, |g| {
+    fn gradient(&self, shape: &JointShape<'_>, slopes: &mut [Vector]) {
+        self.evaluate(shape, Output::Gradient, |g| {
             slopes.iter_mut().zip(g.chunks_exact(3)).for_each(|(to, theta)| *to = Vector::from_row_slice(theta));
         });
     }
@@ -220,41 +220,41 @@ impl JointModel for Proxy {
         }
     }
 
-    fn energy(&self, frames: &[Rotation]) -> f64 {
-        if self.mounting() == Mounting::Pose { 0.0 } else { self.evaluate(frames, Output::Energy, |_| {}) }
+    fn energy(&self, shape: &JointShape<'_>) -> f64 {
+        if self.mounting() == Mounting::Pose { 0.0 } else { self.evaluate(shape, Output::Energy, |_| {}) }
     }
 
-    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
+    fn add_gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> f64 {
         if self.mounting() == Mounting::Pose {
             return 0.0;
         }
         if self.description.has_gradient == 0 {
-            let mut slopes = vec![Vector::zeros(); frames.len()];
-            numeric::gradient_of_frames(frames, &|frames| JointModel::energy(self, frames), &mut slopes);
+            let mut slopes = vec![Vector::zeros(); shape.frames.len()];
+            numeric::gradient_of_frames(shape, &|shape| JointModel::energy(self, shape), &mut slopes);
             gradient.iter_mut().zip(slopes).for_each(|(to, slope)| *to += slope);
-            return self.evaluate(frames, Output::Energy, |_| {});
+            return self.evaluate(shape, Output::Energy, |_| {});
         }
-        self.evaluate(frames, Output::Gradient, |g| {
+        self.evaluate(shape, Output::Gradient, |g| {
             for (to, theta) in gradient.iter_mut().zip(g.chunks_exact(3)) {
                 *to += Vector::from_row_slice(theta);
             }
         })
     }
 
-    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
-        let k = frames.len();
+    fn add_hessian(&self, shape: &JointShape<'_>, hessian: &mut [Matrix]) {
+        let k = shape.frames.len();
         if self.mounting() == Mounting::Pose {
             return;
         }
         if self.description.has_hessian == 0 {
             if self.description.has_gradient == 0 {
-                numeric::add_hessian_of_energy_of_frames(frames, &|frames| JointModel::energy(self, frames), hessian);
+                numeric::add_hessian_of_energy_of_frames(shape, &|shape| JointModel::energy(self, shape), hessian);
             } else {
-                numeric::add_hessian_of_frames(frames, &|frames, slopes| self.gradient(frames, slopes), hessian);
+                numeric::add_hessian_of_frames(shape, &|shape, slopes| self.gradient(shape, slopes), hessian);
             }
             return;
         }
-        self.evaluate(frames, Output::Hessian, |rows| {
+        self.evaluate(shape, Output::Hessian, |rows| {
             for a in 0..k {
                 for b in 0..=a {
                     hessian[a * k + b] += Matrix::from_fn(|i, j| rows[(3 * a + i) * 3 * k + 3 * b + j]);

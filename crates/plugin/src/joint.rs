@@ -8,7 +8,7 @@ use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
-use wireloom_core::joint::{Arm, ArmSpring, JointModel, JointSpec, Mounting, WireShare};
+use wireloom_core::joint::{Arm, ArmSpring, JointModel, JointShape, JointSpec, Mounting, WireShare};
 use wireloom_core::registry::JointKind;
 use wireloom_core::{Matrix, Rotation, Section, Vector};
 
@@ -85,11 +85,12 @@ pub unsafe extern "C" fn evaluate(
             SCRATCH.with_borrow_mut(|Scratch { frames: own, gradient, blocks }| {
                 own.clear();
                 own.extend(slice(frames.cast::<[f64; 4]>(), k).iter().map(frame));
+                let shape = JointShape { frames: own, memory: &[] };
                 let mut energy = None;
                 if !wanted.gradient.is_null() {
                     gradient.clear();
                     gradient.resize(k, Vector::zeros());
-                    energy = Some(model.add_gradient(own, gradient));
+                    energy = Some(model.add_gradient(&shape, gradient));
                     for (a, theta) in gradient.iter().enumerate() {
                         for i in 0..3 {
                             *wanted.gradient.add(3 * a + i) = theta[i];
@@ -97,12 +98,12 @@ pub unsafe extern "C" fn evaluate(
                     }
                 }
                 if let Some(to) = wanted.energy.as_mut() {
-                    *to = energy.unwrap_or_else(|| model.energy(own));
+                    *to = energy.unwrap_or_else(|| model.energy(&shape));
                 }
                 if !wanted.hessian.is_null() {
                     blocks.clear();
                     blocks.resize(k * k, Matrix::zeros());
-                    model.add_hessian(own, blocks);
+                    model.add_hessian(&shape, blocks);
                     // The model writes the lower triangle of blocks only.
                     for row in 0..3 * k {
                         for column in 0..3 * k {
@@ -159,6 +160,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                 spring: ArmSpring {
                     bending: Some(arm.spring_bending).filter(|k| *k != [0.0; 2]),
                     torsion: Some(arm.spring_torsion).filter(|k| *k != 0.0),
+                    friction: Default::default(),
                 },
                 branch,
             }

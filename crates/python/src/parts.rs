@@ -13,7 +13,7 @@ use wireloom::geometry::{Pose, Rotation, Vector};
 use wireloom::parts::numeric::NOTE;
 use wireloom::parts::{
     Action, Arm, Attaches, BuildError, Constraint, ConstraintEnergy, ConstraintKind, ConstraintSpec, ConstraintView,
-    Form, JointEnergy, JointKind, JointModel, JointSpec, Mounting, Numeric, Output, Parameter, Parameters, SpanSpec,
+    Form, JointEnergy, JointKind, JointModel, JointShape, JointSpec, Mounting, Numeric, Output, Parameter, Parameters, SpanSpec,
     SpanUse, StationSpec, Value,
 };
 use wireloom::result::Library;
@@ -484,13 +484,13 @@ impl JointEnergy for OwnJoint {
         self.mounting
     }
 
-    fn energy(&self, frames: &[Rotation]) -> f64 {
-        self.adapter.energy(&Self::numbers(frames), 1.0)
+    fn energy(&self, shape: &JointShape<'_>) -> f64 {
+        self.adapter.energy(&Self::numbers(shape.frames), 1.0)
     }
 
-    fn gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> Option<f64> {
+    fn gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> Option<f64> {
         gradient.fill(Vector::repeat(f64::NAN));
-        self.adapter.gradient(&Self::numbers(frames), 1.0, gradient.iter_mut())
+        self.adapter.gradient(&Self::numbers(shape.frames), 1.0, gradient.iter_mut())
     }
 
     fn fault(&self) -> Option<String> {

@@ -149,8 +149,8 @@ impl Driver<'_, '_> {
                 // When it snapped is known to the increment only.
                 self.add_change_as_time_error(&at_first);
             }
-            self.problem.commit_rods(&self.state);
-            self.problem.sum_dissipated(&before.rods);
+            self.problem.commit_rods_and_joints(&self.state);
+            self.problem.sum_dissipated(&before);
             let moved = result::farthest(&self.began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;

@@ -4,7 +4,7 @@ use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_nu
 use std::time::Instant;
 use wireloom::geometry::{Matrix, Rotation, Vector, frame_from};
 use wireloom::harness::Section;
-use wireloom::parts::{Arm, ArmSpring, JointKind, JointModel, JointSpec, Mounting};
+use wireloom::parts::{Arm, ArmSpring, JointKind, JointModel, JointShape, JointSpec, Mounting};
 use wireloom::testing::conformance::joint::{CHECKS, Subject};
 
 /// Arms of the joint for timing and invalid input.
@@ -98,7 +98,7 @@ fn spec() -> JointSpec {
             segment_length: 0.01,
             length: 1.0,
             curvature: Vector::zeros(),
-            spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2) },
+            spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2), ..ArmSpring::default() },
         }
     };
     JointSpec { name: "trial".into(), arms: (0..ARMS).map(arm).collect(), wires: vec![] }
@@ -111,8 +111,9 @@ fn evaluate(joint: &dyn JointModel, x: f64) -> Vec<u64> {
     let frames: Vec<Rotation> = spec().arms.iter().enumerate().map(turned).collect();
     let mut gradient = [Vector::zeros(); ARMS];
     let mut hessian = [Matrix::zeros(); ARMS * ARMS];
-    let mut numbers = vec![joint.energy(&frames), joint.add_gradient(&frames, &mut gradient)];
-    joint.add_hessian(&frames, &mut hessian);
+    let shape = JointShape { frames: &frames, memory: &joint.memory() };
+    let mut numbers = vec![joint.energy(&shape), joint.add_gradient(&shape, &mut gradient)];
+    joint.add_hessian(&shape, &mut hessian);
     numbers.extend(gradient.iter().flat_map(|v| [v.x, v.y, v.z]));
     numbers.extend(hessian.iter().flat_map(|block| block.iter().copied().collect::<Vec<_>>()));
     numbers.iter().map(|x| x.to_bits()).collect()
