@@ -4,7 +4,7 @@ use crate::buffers::{Array, Buffers, Guarded};
 use crate::call::{CallSite, call_plugin};
 use crate::describe::{KindDescription, abi_value};
 use crate::instance::{PluginInstance, UNWRITTEN, note_numeric_derivatives};
-use crate::proxy::{DESCRIPTION_OVERRUN, HELP, c_string};
+use crate::proxy::{DESCRIPTION_OVERRUN, HELP, c_string, memory};
 use std::cell::RefCell;
 use std::ffi::CString;
 use std::iter::repeat_n;
@@ -76,7 +76,8 @@ impl Factory {
             return Err(refuse(DESCRIPTION_OVERRUN.into()));
         }
         let description = description.value;
-        let mut proxy = Proxy { instance, functions: self.functions, description };
+        let memory = memory(description.memory, description.memory_count).map_err(refuse)?;
+        let mut proxy = Proxy { instance, functions: self.functions, description, memory };
         if description.thread_safe != 0 {
             proxy.instance.allow_concurrent_calls();
         }
@@ -129,6 +130,7 @@ struct Proxy {
     instance: PluginInstance,
     functions: abi::JointKind,
     description: abi::JointDescription,
+    memory: Vec<f64>,
 }
 
 // SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
@@ -161,7 +163,8 @@ enum Output {
 
 impl Proxy {
     /// Evaluates; `take` receives the requested derivatives. Returns the energy, J. All values are finite, or all NaN.
-    fn evaluate(&self, JointShape { frames, .. }: &JointShape<'_>, asked: Output, take: impl FnOnce(&[f64])) -> f64 {
+    fn evaluate(&self, shape: &JointShape<'_>, asked: Output, take: impl FnOnce(&[f64])) -> f64 {
+        let JointShape { frames, memory } = *shape;
         let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
         BUFFERS.with_borrow_mut(|buffers| {
             let n = 3 * frames.len();
@@ -174,6 +177,7 @@ impl Proxy {
             let turns = buffers.add("frames", frames.iter().flat_map(abi_quaternion));
             let energy = buffers.add(wanted[0], repeat_n(UNWRITTEN, usize::from(asked != Output::Hessian)));
             let numbers = buffers.add(wanted[1], repeat_n(UNWRITTEN, derivatives));
+            let remembered = buffers.add("memory", memory.iter().copied());
             let first = buffers.address();
             // SAFETY: all arrays are in one allocation, which stays as it is during the call.
             let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
@@ -184,6 +188,7 @@ impl Proxy {
                 energy: output(asked != Output::Hessian, energy),
                 gradient: output(asked == Output::Gradient, numbers),
                 hessian: output(asked == Output::Hessian, numbers),
+                memory: output(!memory.is_empty(), remembered),
             };
             let turns = address(turns);
             // SAFETY: all arguments are as the ABI demands.
@@ -259,6 +264,31 @@ impl JointModel for Proxy {
                 for b in 0..=a {
                     hessian[a * k + b] += Matrix::from_fn(|i, j| rows[(3 * a + i) * 3 * k + 3 * b + j]);
                 }
+            }
+        });
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.memory.clone()
+    }
+
+    fn commit(&self, shape: &JointShape<'_>, memory: &mut [f64], _: &mut [f64]) {
+        let Some(commit) = self.functions.commit.filter(|_| !memory.is_empty()) else { return };
+        BUFFERS.with_borrow_mut(|buffers| {
+            buffers.clear();
+            let turns = buffers.add("frames", shape.frames.iter().flat_map(abi_quaternion));
+            let numbers = buffers.add("memory", memory.iter().copied());
+            let first = buffers.address();
+            // SAFETY: all arrays are in one allocation, which stays as it is during the call.
+            let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
+            let (turns, to) = (address(turns), address(numbers));
+            // SAFETY: all arguments are as the ABI demands; there are as many numbers as in the memory.
+            let call = |own, text| unsafe { commit(own, turns, to, text) };
+            let good = self.instance.call(c"commit", call)
+                && self.instance.kept_to_its_arrays(buffers, "commit")
+                && self.instance.finite("memory", buffers.get(numbers));
+            if good {
+                memory.copy_from_slice(buffers.get(numbers));
             }
         });
     }

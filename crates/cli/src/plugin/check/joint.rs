@@ -108,9 +108,10 @@ fn spec() -> JointSpec {
 fn evaluate(joint: &dyn JointModel, x: f64) -> Vec<u64> {
     let turned =
         |(a, arm): (usize, &Arm)| arm.rest * Rotation::from_scaled_axis(Vector::new(x, 0.3 * x * a as f64, -x));
-    let frames: Vec<Rotation> = spec().arms.iter().enumerate().map(turned).collect();
-    let mut gradient = [Vector::zeros(); ARMS];
-    let mut hessian = [Matrix::zeros(); ARMS * ARMS];
+    let hub = (joint.mounting() == Mounting::CompliantHub).then(Rotation::identity);
+    let frames: Vec<Rotation> = spec().arms.iter().enumerate().map(turned).chain(hub).collect();
+    let mut gradient = vec![Vector::zeros(); frames.len()];
+    let mut hessian = vec![Matrix::zeros(); frames.len() * frames.len()];
     let shape = JointShape { frames: &frames, memory: &joint.memory() };
     let mut numbers = vec![joint.energy(&shape), joint.add_gradient(&shape, &mut gradient)];
     joint.add_hessian(&shape, &mut hessian);
