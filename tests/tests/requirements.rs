@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 use wireloom::geometry::Vector;
-use wireloom::result::{Measure, Origin, RequirementResult, Verdict};
+use wireloom::result::{EventKind, Measure, Origin, RequirementResult, Verdict};
 use wireloom::{Control, Run, Status};
 use wireloom_tests::cables::{branch, built, connector, connector_along, run, section};
 
@@ -407,6 +407,22 @@ fn nothing_passes_a_clearance_between_increments() {
             assert_eq!(broken, Verdict::Fail, "{name}, {increments} increments: {value:?}, least {least}");
         }
     }
+}
+
+/// The tables of clearances and events count the equilibria between increments, as the sheet does.
+#[test]
+fn clearances_and_events_between_increments_stand_in_their_tables() {
+    let pass = "[[steps]]\nname = \"carry\"\nincrements = 1\nmove = [\
+                { constraint = \"plug-A\", position = [1, 0, 0] }, \
+                { constraint = \"plug-B\", position = [1, 0, 0.1] }]\n\
+                [output]\nclearance = true\n";
+    let run = run(&upright(40, &(sphere(0.001, [0.508, 0.0062, 0.0425], 0.005) + pass)));
+    let worst = line(&run, "ball").worst.expect("a value");
+    assert!(worst < 0.005, "{worst}");
+    let least = run.clearances.iter().map(|pair| pair.distance).fold(f64::INFINITY, f64::min);
+    assert!((least - worst).abs() < 1e-9, "{least} in the table, {worst} in the sheet");
+    let event = run.events.iter().find(|event| event.kind == EventKind::Clearance).expect("an event");
+    assert!((event.value.expect("a value") - worst).abs() < 1e-9, "{event:?}, {worst} in the sheet");
 }
 
 /// A requirement with one limit; `of` is the table of its part, `limit` such as `max = 3.8`.

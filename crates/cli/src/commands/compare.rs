@@ -149,7 +149,6 @@ fn tried(
                 .push((names.collect::<Vec<_>>().join(", "), load::scenario_of(file, text, &variant.settings, trust)?));
         }
     }
-    interrupt::listen();
     let cases = loaded.into_iter().map(|(name, loaded)| {
         let ended = carry_out(loaded, &name, bar)?;
         ended.map(|ending| case(name, ending)).transpose()
@@ -168,7 +167,6 @@ fn gathered(inputs: &[PathBuf], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, F
         })
     });
     let given = given.collect::<Result<Vec<_>, Failure>>()?;
-    interrupt::listen();
     let cases = given.into_iter().zip(names(inputs)).map(|(given, name)| {
         let ended = match given {
             Given::Scenario(loaded) => carry_out(*loaded, &name, bar)?,
@@ -211,7 +209,7 @@ fn read(path: &Path) -> Result<Option<Ending>, Failure> {
 
 /// Carries out a scenario; nothing is written. `None` where it was interrupted.
 fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Ending>>, Failure> {
-    let loaded = loaded.with_mesh()?;
+    let loaded = loaded.with_mesh(bar)?;
     let increments = size::increments(&loaded.built);
     let large = size::estimate(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
     bar.count(format!("{name}{}", large.unwrap_or_default()), "increments", increments, 0);

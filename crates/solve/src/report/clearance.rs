@@ -11,15 +11,15 @@ use wireloom_core::obstacle::Obstacle;
 use wireloom_core::requirement::SOFT;
 use wireloom_core::{Moment, Network, Pose, Vector};
 
-/// Clearances at the end of an increment, in the order of the harness: of every branch from every obstacle, and from
-/// every branch after it; without `all` only from the obstacles with a required clearance.
-pub(super) fn clearances(cables: &Cables<'_>, end: &StepResult, now: &Moment, all: bool) -> Vec<Clearance> {
+/// Clearances in one equilibrium, with the obstacles at these poses, in the order of the harness: of every branch from
+/// every obstacle, and from every branch after it; without `all` only from the obstacles with a required clearance.
+pub(super) fn clearances(cables: &Cables<'_>, poses: &[Pose], now: &Moment, all: bool) -> Vec<Clearance> {
     let network = cables.network;
     let included = |k: usize| all || network.obstacles[k].min_clearance.is_some();
     let mut found = Vec::new();
-    for (b, branch) in end.branches.iter().enumerate() {
+    for (b, branch) in network.branches.iter().enumerate() {
         for (k, obstacle) in network.obstacles.iter().enumerate().filter(|(k, _)| included(*k)) {
-            let place = cables.clearance_from_obstacle(CablePart::whole(b), obstacle, &end.obstacles[k].pose);
+            let place = cables.clearance_from_obstacle(CablePart::whole(b), obstacle, &poses[k]);
             found.push(Clearance {
                 branch: branch.name.clone(),
                 from: ClearanceFrom::Obstacle(obstacle.name.clone()),
@@ -30,7 +30,7 @@ pub(super) fn clearances(cables: &Cables<'_>, end: &StepResult, now: &Moment, al
                 moment: now.clone(),
             });
         }
-        for (c, other) in end.branches.iter().enumerate().skip(b + 1).filter(|_| all) {
+        for (c, other) in network.branches.iter().enumerate().skip(b + 1).filter(|_| all) {
             if let Some(place) = cables.clearance_from_branch(CablePart::whole(b), CablePart::whole(c)) {
                 found.push(Clearance {
                     branch: branch.name.clone(),

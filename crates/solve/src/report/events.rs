@@ -8,7 +8,9 @@ use crate::steps::certificate::FEASIBLE;
 use std::collections::BTreeMap;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::conditions::Partner;
-use wireloom_core::equilibrium::{Clearance, ClearanceFrom, OperationResult, SlideMotion, StepResult};
+use wireloom_core::equilibrium::{
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, OperationResult, SlideMotion, StepResult,
+};
 use wireloom_core::minimiser::Stop;
 use wireloom_core::problem::Problem;
 use wireloom_core::status::Status;
@@ -68,11 +70,11 @@ pub(crate) fn log_increment(
     (cables, spans): (&Cables<'_>, &Spans),
     (stop, all): (&Stop, bool),
 ) {
-    bends(log, end);
+    bends(log, &end.branches);
     overlaps(log, problem);
     passed_through(log, problem.network, cables);
-    short_clearances(log, clearances(cables, end, log.now(), all));
-    constraints(log, problem, end);
+    short_clearances(log, problem, cables, all);
+    constraints(log, problem, &end.constraints);
     slides(log, end);
     insertions(log, end);
     coarse_meshes(log, problem, state);
@@ -222,8 +224,10 @@ fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
     }
 }
 
-/// Logs cables closer to an obstacle than required, and updates the least clearances.
-fn short_clearances(log: &mut EventLog, now: Vec<Clearance>) {
+/// Logs cables closer to an obstacle than required, and updates the least clearances: of all pairs, or of those with a
+/// required one.
+pub(crate) fn short_clearances(log: &mut EventLog, problem: &Problem<'_>, cables: &Cables<'_>, all: bool) {
+    let now = clearances(cables, &problem.conditions().contact.poses, log.now(), all);
     for clearance in now.iter().filter(|clearance| clearance.is_short()) {
         let Clearance { branch, from, distance, s, required, .. } = clearance;
         if let (ClearanceFrom::Obstacle(obstacle), Some(required)) = (from, required) {
@@ -244,8 +248,8 @@ fn short_clearances(log: &mut EventLog, now: Vec<Clearance>) {
 }
 
 /// Logs branches bent more tightly than their sections allow.
-fn bends(log: &mut EventLog, end: &StepResult) {
-    for branch in &end.branches {
+pub(crate) fn bends(log: &mut EventLog, branches: &[BranchResult]) {
+    for branch in branches {
         let Some(limit) = branch.bend_radius_limit else { continue };
         let tightest = branch.bend_radius.iter().zip(&branch.s).min_by(|a, b| a.0.total_cmp(b.0));
         if let Some((&radius, &s)) = tightest.filter(|(radius, _)| **radius < limit) {
@@ -261,8 +265,8 @@ fn bends(log: &mut EventLog, end: &StepResult) {
 }
 
 /// Logs constraints loaded beyond their limits.
-fn constraints(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
-    for result in &end.constraints {
+pub(crate) fn constraints(log: &mut EventLog, problem: &Problem<'_>, results: &[ConstraintResult]) {
+    for result in results {
         // A released constraint may have the same name.
         let mut acting =
             problem.network.constraints.iter().zip(&problem.conditions().active).filter(|(_, acts)| **acts);
