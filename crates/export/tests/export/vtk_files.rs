@@ -113,11 +113,11 @@ fn sets_of_arms_are_at_the_ends_of_their_branches() {
         dissipated: 0.1,
         dissipated_in_all: 0.3,
     };
-    let friction = vec![arm(0, false, 0.1), arm(1, true, 0.2)];
+    let friction = vec![arm(0, false, 0.125), arm(1, true, 0.25)];
     step.joints[0].friction = friction;
     let (components, values) = read(&step).arrays.remove(name).expect("an array");
     let nodes = step.branches[0].s.len();
-    assert_eq!((components, &values[3 * nodes - 3..3 * nodes + 3]), (3, &[0.1, 0.2, 0.3, 0.2, 0.4, 0.6][..]));
+    assert_eq!((components, &values[3 * nodes - 3..3 * nodes + 3]), (3, &[0.125, 0.25, 0.375, 0.25, 0.5, 0.75][..]));
     let others = values[..3 * nodes - 3].iter().chain(&values[3 * nodes + 3..]);
     assert!(others.copied().all(|x| x == 0.0), "{values:?}");
 }
