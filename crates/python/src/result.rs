@@ -45,6 +45,9 @@ type JointValues = Vec<(String, Vec<f64>)>;
 /// Branch of an arm, its set (rad), and the energy dissipated there in the increment and since the start, J.
 type ArmFriction = (String, [f64; 3], (f64, f64));
 
+/// Name, position (m), orientation `[w, x, y, z]`, and what slips at its arms.
+type Joint = (String, [f64; 3], [f64; 4], Vec<ArmFriction>);
+
 /// The word of a cause, and its sentence.
 type Cause = (&'static str, String);
 
@@ -122,7 +125,7 @@ impl Step {
     }
 
     /// Names, positions (m) and orientations `[w, x, y, z]` of the joints, and what slips at their arms.
-    fn joints(&self) -> Vec<(String, [f64; 3], [f64; 4], Vec<ArmFriction>)> {
+    fn joints(&self) -> Vec<Joint> {
         let of_arm =
             |own: &result::ArmFriction| (own.branch.clone(), own.set.into(), (own.dissipated, own.dissipated_in_all));
         let of = |joint: &result::JointResult| {

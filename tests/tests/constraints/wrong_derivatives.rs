@@ -1,7 +1,7 @@
 //! Parts whose derivatives are not those of their values: each of them once came to rest as "converged".
 
 use super::{bars, beam, run_with};
-use wireloom::geometry::{Matrix, Rotation, Vector};
+use wireloom::geometry::{Matrix, Vector};
 use wireloom::parts::{
     Action, Attaches, Constraint, ConstraintKind, ConstraintView, Equations, JointKind, JointModel, JointShape,
     Mounting, Potential, Residual,
