@@ -151,8 +151,8 @@ impl Driver<'_, '_> {
                 // When it snapped is known to the increment only.
                 self.add_change_as_time_error(&at_first);
             }
-            self.problem.commit_rods(&self.state);
-            self.problem.sum_dissipated(&before.rods);
+            self.problem.commit_rods_and_joints(&self.state);
+            self.problem.sum_dissipated(&before);
             for driven in events::driven_into_bodies(&self.problem, &before) {
                 self.log.raise(driven);
             }

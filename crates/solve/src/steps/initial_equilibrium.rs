@@ -67,12 +67,12 @@ impl Driver<'_, '_> {
         if self.problem.monitor.is_stopped() { Grade::INTERRUPTED } else { status }
     }
 
-    /// Commits the memories of the rods at the initial equilibrium. While it is searched for they are those of the rods
-    /// at rest, so it does not depend on the way there: the harness was bent from its rest shape as if along a straight
+    /// Commits the memories of rods and joints at the initial equilibrium. While it is searched for they are those at
+    /// rest, so it does not depend on the way there: the harness was bent from its rest shape as if along a straight
     /// line.
     fn commit_start(&mut self, status: Grade) {
         if is_balanced(status) {
-            self.problem.commit_rods(&self.state);
+            self.problem.commit_rods_and_joints(&self.state);
         }
     }
 

@@ -12,6 +12,7 @@ use crate::steps::initial_equilibrium::start_near;
 use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
 use std::time::Instant;
+use wireloom_core::conditions::Conditions;
 use wireloom_core::equilibrium::{RequirementResult, StepResult};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
@@ -68,7 +69,9 @@ impl Checkpoint {
     pub fn weight(&self) -> usize {
         let state = &self.state;
         let points = state.points.len() * (2 * size_of_val(&state.points[0]) + size_of::<f64>());
-        let memory: usize = self.conditions.rods.iter().map(|own| size_of_val(&own.memory[..])).sum();
+        let Conditions { rods, joints, .. } = &self.conditions;
+        let memories = rods.iter().map(|own| &own.memory).chain(joints.iter().map(|own| &own.memory));
+        let memory: usize = memories.map(|memory| size_of_val(&memory[..])).sum();
         points + state.frames.len() * (size_of_val(&state.frames[0]) + size_of::<f64>()) + memory
     }
 

@@ -65,6 +65,12 @@ pub(crate) const JOINT: Keys = Keys {
             Form::Number(Quantity::MomentPerAngle, POSITIVE),
             "of the springs that hold the arms to a hub, about d3 of the arm; for the same models",
         ),
+        may(
+            "friction",
+            Form::Table(&ARM_FRICTION),
+            "what slips beside these springs, so that a bent arm keeps a set: tape about a break-out; for \
+             `compliant-hub` only",
+        ),
         PART,
         DESCRIPTION,
         SUPPLIER,
@@ -99,6 +105,33 @@ pub(crate) const ARM: Keys = Keys {
             Form::Number(Quantity::MomentPerAngle, POSITIVE),
             "of the spring that holds this arm to its hub, about d3 of the arm; default: that of the joint",
         ),
+        may("friction", Form::Table(&ARM_FRICTION), "what slips beside the spring of this arm; default: as the joint"),
+    ],
+};
+
+/// Friction between an arm and its hub.
+pub(crate) const ARM_FRICTION: Keys = Keys {
+    what: "friction",
+    keys: &[
+        may(
+            "bending",
+            Form::Tables(&ARM_FRICTION_ELEMENT),
+            "elements in bending, in parallel to bending_stiffness and to each other; alike about d1 and d2",
+        ),
+        may(
+            "torsion",
+            Form::Tables(&ARM_FRICTION_ELEMENT),
+            "elements in torsion, in parallel to torsion_stiffness and to each other",
+        ),
+    ],
+};
+
+/// Element of friction between an arm and its hub: a spring in series with a slider.
+pub(crate) const ARM_FRICTION_ELEMENT: Keys = Keys {
+    what: "element",
+    keys: &[
+        must("stiffness", Form::Number(Quantity::MomentPerAngle, POSITIVE), "stiffness that it adds while it sticks"),
+        must("moment", Form::Number(Quantity::Moment, POSITIVE), "moment at which it slips, and which it then keeps"),
     ],
 };
 
