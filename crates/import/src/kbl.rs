@@ -42,6 +42,7 @@ mod curve;
 mod document;
 mod error;
 mod findings;
+mod fit;
 mod harness;
 mod identities;
 mod names;
@@ -56,7 +57,7 @@ mod write;
 
 pub use error::ImportError;
 pub use findings::Finding;
-pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant, WireRun};
+pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Source, Variant, WireRun};
 pub use usage::Usage;
 
 use findings::Findings;

@@ -107,6 +107,7 @@ impl Holding<'_> {
                 frame: curve.frame(if end.starts { 0.0 } else { curve.length }),
                 mass: first.mass.unwrap_or(0.0),
                 of: Some(first.id.clone()),
+                assignment: None,
                 remark: format!("{}: {labels}", node.id),
             });
         }
@@ -176,6 +177,7 @@ impl Holding<'_> {
                 frame: laid.curve.frame_along(seat.drawn_s, &seat.tangent),
                 mass: 0.0,
                 of: seat.fixing.of.clone(),
+                assignment: Some(seat.fixing.id.clone()),
                 remark: format!("{}: {}", segment.id, seat.fixing.id),
             });
         }
@@ -290,6 +292,7 @@ impl Holding<'_> {
                 frame: curve.frame(if starts { 0.0 } else { curve.length }),
                 mass: 0.0,
                 of: None,
+                assignment: None,
                 remark: format!("{id}: nothing else holds this piece of the harness"),
             });
         }
