@@ -41,6 +41,7 @@ mod convert;
 mod curve;
 mod document;
 mod error;
+pub mod export;
 mod findings;
 mod fit;
 mod harness;

@@ -68,7 +68,7 @@
 //! | --- | --- |
 //! | `formboard` | module `formboard`: the harness flat, drawn as SVG, DXF and PDF (dxf, pdf-writer) |
 //! | `gpu` | module `gpu` and the minimiser of this name (wgpu) |
-//! | `kbl` | module `import`: KBL files to scenarios (roxmltree) |
+//! | `kbl` | modules `import`: KBL files to scenarios, and `kbl`: results back into them (roxmltree) |
 //! | `parquet` | `export::table::Writer` and `read` (parquet) |
 //! | `plugins` | module `plugins`: constraints and joints out of dynamic libraries (libloading) |
 //! | `step` | module `step`: surroundings out of STEP files, which Python reads with Open CASCADE |
@@ -91,6 +91,8 @@ pub mod harness;
 pub mod identify;
 #[cfg(feature = "kbl")]
 pub mod import;
+#[cfg(feature = "kbl")]
+pub mod kbl;
 mod load;
 pub mod mesh;
 pub mod optimise;

@@ -186,7 +186,7 @@ impl Holding<'_> {
 
     /// Place of a fixing on the drawn curve: the point nearest to the drawn fixing, if that is near the stated place;
     /// the stated place if the fixing is not drawn.
-    fn seat<'f>(
+    pub(super) fn seat<'f>(
         &self,
         segment: &Segment,
         laid: &Laid,
@@ -336,12 +336,13 @@ impl Restraint {
 }
 
 /// A fixing with its place on the drawn curve.
-struct Seat<'f> {
+pub(super) struct Seat<'f> {
     fixing: &'f Fixing,
     what: String,
     /// Arc length on the drawn curve, m.
-    drawn_s: f64,
-    tangent: Vector,
+    pub drawn_s: f64,
+    /// Unit tangent of the cable.
+    pub tangent: Vector,
 }
 
 /// Reports spans between constraints of a branch that are shorter than the distance of their ends.
