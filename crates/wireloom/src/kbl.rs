@@ -40,7 +40,9 @@ pub enum NotExported {
     #[error("the run has no equilibrium")]
     Empty,
     /// The scenario was not imported from a KBL file.
-    #[error("its scenario names no KBL file in [kbl]: import the file with `wireloom import kbl`, and run that scenario")]
+    #[error(
+        "its scenario names no KBL file in [kbl]: import the file with `wireloom import kbl`, and run that scenario"
+    )]
     NoFile,
     /// The file is not the one that the scenario was imported from.
     #[error(
@@ -84,9 +86,8 @@ pub fn export(text: &str, run: &Run, tolerance: f64) -> Result<Exported, NotExpo
     let of = |wanted: Identified| file.elements.iter().filter(move |element| element.of == wanted);
     let segments: HashMap<&str, &str> =
         of(Identified::Branch).map(|element| (element.name.as_str(), element.id.as_str())).collect();
-    let tangents: Vec<Vec<Vector>> = (end.branches.iter())
-        .map(|branch| branch.frame.iter().map(|frame| frame * Vector::z()).collect())
-        .collect();
+    let tangents: Vec<Vec<Vector>> =
+        (end.branches.iter()).map(|branch| branch.frame.iter().map(|frame| frame * Vector::z()).collect()).collect();
     let branches = end.branches.iter().zip(&tangents);
     let branches = branches.map(|(own, tangents)| branch(own, tangents, segments.get(own.name.as_str()).copied()));
     let fixings = of(Identified::Constraint).filter_map(|element| {

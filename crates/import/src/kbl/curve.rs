@@ -229,7 +229,7 @@ impl Chain {
 }
 
 /// Minimum of a function with one minimum between `low` and `high`: ternary search.
-fn minimum(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn minimum(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..80 {
         let third = (high - low) / 3.0;
         if f(low + third) <= f(high - third) { high -= third } else { low += third }

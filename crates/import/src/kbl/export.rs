@@ -48,8 +48,8 @@ use std::collections::{BTreeMap, HashMap};
 /// to about 1e-8 m.
 const STILL: f64 = 1e-6;
 
-/// Lengths that differ by less than this, relative to them, are the same: scenarios have nine digits.
-const SAME_LENGTH: f64 = 2e-9;
+/// Lengths that differ by less than this, relative to them, are the same: scenarios have nine significant digits.
+const SAME_LENGTH: f64 = 1e-8;
 
 /// Places along a segment that differ by less than this, as a fraction of it, are the same: files have six decimals.
 const SAME_PLACE: f64 = 1e-6;
@@ -201,7 +201,7 @@ pub fn export(text: &str, computed: &Computed, tolerance: f64) -> Result<Exporte
         fixings: Vec::new(),
     };
     let curves = writer.curves()?;
-    let mut points = Points::new(root, curves.iter().map(|(segment, _)| writer.element(&document.segments[*segment].id)));
+    let mut points = Points::new(root, curves.keys().map(|segment| writer.element(&document.segments[*segment].id)));
     let segments = writer.segments(&curves, &mut points);
     writer.nodes(&mut points);
     writer.fixings(computed, &mut points);
@@ -379,7 +379,8 @@ impl<'a, 'i> Writer<'_, 'a, 'i> {
     /// Writes a length into a value that is there.
     fn value(&mut self, holder: Xml<'a, 'i>, name: &'static str, length: f64) {
         let Some(value) = child(holder, name) else { return };
-        let unit = child_text(value, "Unit_component").and_then(|id| self.ids.get(id)).and_then(|unit| length_unit(*unit));
+        let unit =
+            child_text(value, "Unit_component").and_then(|id| self.ids.get(id)).and_then(|unit| length_unit(*unit));
         if let (Some(size), Some(component)) = (unit, child(value, "Value_component")) {
             self.edits.set(component, &significant(length / size));
         }

@@ -2,7 +2,7 @@
 
 use super::error::ExportError;
 use super::{Branch, Computed, Held, JOINED};
-use crate::kbl::curve::Vector;
+use crate::kbl::curve::{Vector, minimum};
 use crate::kbl::document::Document;
 use crate::kbl::findings::Findings;
 use crate::kbl::fit;
@@ -54,7 +54,8 @@ impl<'c> Line<'c> {
     /// The branches of a segment in the order in which each begins where the one before ends.
     fn of(segment: &str, mut parts: Vec<&'c Branch<'c>>) -> Result<Self, ExportError> {
         let broken = parts.iter().find(|own| {
-            let whole = own.s.iter().chain(own.frames.iter().flat_map(|frame| frame.coords.iter())).all(|x| x.is_finite());
+            let whole =
+                own.s.iter().chain(own.frames.iter().flat_map(|frame| frame.coords.iter())).all(|x| x.is_finite());
             !whole || own.length() <= 0.0 || ![0.0, 0.5, 1.0].iter().all(|f| (own.at)(*f).iter().all(|x| x.is_finite()))
         });
         if let Some(broken) = broken {
@@ -127,11 +128,12 @@ impl<'c> Line<'c> {
             if let Some((_, s)) = held.slides.as_ref().filter(|(branch, _)| *branch == part.name) {
                 return (start + s, 0.0);
             }
-            for &s in part.s {
-                let distance = ((part.at)(s / part.length()) - held.position).norm();
-                if distance < best.1 {
-                    best = (start + s, distance);
-                }
+            let distance = |s: f64| ((part.at)(s / part.length()) - held.position).norm();
+            let nearest = (0..part.s.len()).min_by(|&a, &b| distance(part.s[a]).total_cmp(&distance(part.s[b])));
+            let k = nearest.unwrap_or_default();
+            let s = minimum(part.s[k.saturating_sub(1)], part.s[(k + 1).min(part.s.len() - 1)], distance);
+            if distance(s) < best.1 {
+                best = (start + s, distance(s));
             }
             start += part.length();
         }

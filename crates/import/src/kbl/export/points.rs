@@ -120,7 +120,9 @@ fn add(like: Xml, id: &str, position: &Vector, edits: &mut Edits) {
     let inner = first.map_or("", |first| edits.space_before(first.start));
     let end = last.map_or("", |last| edits.space_behind(last.end));
     let prefix = edits.prefix(like);
-    let values = coordinates(position).map(|value| format!("{inner}<{prefix}Coordinates>{value}</{prefix}Coordinates>"));
-    let new = format!("{before}<{prefix}Cartesian_point id=\"{id}\">{}{end}</{prefix}Cartesian_point>", values.concat());
+    let values =
+        coordinates(position).map(|value| format!("{inner}<{prefix}Coordinates>{value}</{prefix}Coordinates>"));
+    let new =
+        format!("{before}<{prefix}Cartesian_point id=\"{id}\">{}{end}</{prefix}Cartesian_point>", values.concat());
     edits.insert(range.end, new);
 }
