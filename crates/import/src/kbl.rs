@@ -14,6 +14,7 @@
 //! | other occurrences: protections, plugs, seals, splices, … | `[[components]]`, which do not act |
 //! | `Connection`, its `Signal_name`, cavities, terminals, seals | `[[connections]]` |
 //! | `Mass_information` of housings and terminals | a dead load at the end |
+//! | XML ids of segments and of assignments of fixings | `kbl` of branches and clips, for [`export`] |
 //!
 //! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else
 //! `Virtual_length` (that of the drawn curve), else the arc length of the curve itself. The files at hand have

@@ -57,6 +57,7 @@
 //! | tell whether runs ended in the same equilibrium | [`compare`] |
 //! | write JSON, CSV, VTK, glTF, pictures, reports | [`export`] |
 //! | lay a harness on a formboard, with drawings | `formboard` |
+//! | make scenarios from KBL files, and write results back into them | `import`, `kbl` |
 //! | add own rods, joints, constraints, minimisers | [`parts`], [`geometry`] |
 //! | look into the harness that is computed | [`harness`], [`shapes`] |
 //!
