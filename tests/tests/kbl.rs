@@ -85,7 +85,7 @@ fn distance(x: &Vector, line: &[Vector]) -> f64 {
     line.windows(2).map(to_chord).fold(f64::INFINITY, f64::min)
 }
 
-/// A result comes back: lengths exactly, lines within the tolerance, connectors where they were, clips within it.
+/// A result comes back: lengths exactly, lines within the tolerance, connectors where they were, clips within 2 mm.
 fn round_trip(file: &Path, spacing: &str) -> Result<(), Failed> {
     let import: &[&str] = if spacing.is_empty() { &[] } else { &["--spacing", spacing] };
     let place = carried_out(file, import, &[])?;
@@ -117,7 +117,8 @@ fn comes_back(place: &Place) -> Result<(), Failed> {
     for (name, seat) in &seats {
         let Some(own) = held.get(name) else { continue };
         let apart = (vector(&own["position"])? - vector(&seat["position"])?).norm();
-        let room = if own["kind"].as_str() == Some("connector") { 1e-6 } else { 2.0 * TOLERANCE };
+        // A clip is drawn beside the cable: where that turns by little its nearest point moves by the lever.
+        let room = if own["kind"].as_str() == Some("connector") { 1e-6 } else { 2e-3 };
         ensure(apart <= room, || format!("{name}: {apart}"))?;
     }
     let segments = said["segments"].as_array().ok_or("segments")?;

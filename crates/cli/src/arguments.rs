@@ -613,7 +613,7 @@ pub enum HarnessFile {
     /// Refused: a run that did not converge, another file than the one that the scenario was imported from, branches
     /// that end apart where the file has one node. Branches without a segment are listed, and not written; the halves
     /// of a branch that was split become one segment again. Imported again, the file gives the same lengths, and lines
-    /// and places within the tolerance.
+    /// within the tolerance; clips are drawn beside the cable, and come back to some 0.1 mm along it.
     Kbl(KblExportArguments),
 }
 
