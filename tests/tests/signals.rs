@@ -94,6 +94,23 @@ fn a_signal_within_an_increment_ends_the_run_and_keeps_what_is_done() {
     }
 }
 
+/// The trial runs for the mesh of an accuracy take as long as the run itself.
+#[test]
+fn a_signal_while_the_mesh_is_found_ends_the_run_in_words() {
+    let place = place(ENDLESS, "\n[mesh]\naccuracy = \"1 %\"\n");
+    let text = fs::read_to_string(place.path("s.toml")).expect("text");
+    let line = format!("segments = {SEGMENTS}\n");
+    assert!(text.contains(&line), "{text}");
+    fs::write(place.path("s.toml"), text.replace(&line, "")).expect("written");
+    let mut child = start(&place, &["run", "s.toml", "--out", "o"]);
+    let mut said = BufReader::new(child.stderr.take().expect("piped")).lines();
+    let found = said.find(|line| line.as_ref().is_ok_and(|line| line.contains("finding the mesh")));
+    found.expect("it says so").expect("text");
+    let (code, out) = end(child, "-INT");
+    assert_eq!(code, Some(2), "{out}");
+    assert!(out.contains("status:  interrupted") && out.contains("`wireloom run --resume o` resumes the run"), "{out}");
+}
+
 #[test]
 fn a_run_interrupted_within_an_increment_goes_on_to_the_same_bytes() {
     let place = place(400, "");

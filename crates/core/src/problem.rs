@@ -627,7 +627,7 @@ impl Problem<'_> {
     }
 
     /// Updates the friction anchors, and removes added contact points that are no longer needed.
-    fn commit_contacts(&mut self, state: &State) {
+    pub fn commit_contacts(&mut self, state: &State) {
         if self.contact.is_idle() {
             return;
         }
@@ -695,6 +695,13 @@ impl Problem<'_> {
             self.conditions.contact.poses[obstacle] = pose;
             self.contact.search_again();
         }
+    }
+
+    /// Discards what the search for contacts knows of earlier states: where large multipliers act across gaps, it
+    /// depends on the way to the present state.
+    pub fn search_contacts_again(&mut self) {
+        self.contact.search_again();
+        self.contact.search_pairs_again();
     }
 
     /// See [`ContactTerm::pattern`].

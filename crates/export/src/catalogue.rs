@@ -12,6 +12,7 @@
 //! | `vtk` | `vtk/obstacles-NNNN.vtp` | obstacles that move, at every increment |
 //! | `csv` | `csv/STEP/BRANCH.csv` | the branches at the end of every step |
 //! | `csv` | `requirements.csv` | the sheet of requirements |
+//! | `csv` | `parts.csv`, `connections.csv` | part numbers and connections, where the scenario has any |
 //! | `gltf` | `harness.glb` | harness and obstacles at the end of every step |
 //! | `swept` | `swept.glb` | the space that the harness goes through |
 //!

@@ -1,5 +1,9 @@
 //! Tables for spreadsheets and plotting: a branch, with a row for each node; the sheet, with a row for each
-//! requirement.
+//! requirement; the parts list.
+
+mod parts;
+
+pub use parts::{CONNECTIONS_HEADER, PARTS_HEADER, write_connections, write_parts};
 
 use crate::format::{Ended, File, Format};
 use crate::local::{Local, node_count};
@@ -151,8 +155,11 @@ fn sheet_row(line: &RequirementResult) -> [String; SHEET_HEADER.len()] {
 
 /// File of the sheet.
 const SHEET: &str = "requirements.csv";
+/// Files of the parts list, where there is one.
+const PARTS: &str = "parts.csv";
+const CONNECTIONS: &str = "connections.csv";
 
-/// The formats `csv/STEP/BRANCH.csv` and `requirements.csv`.
+/// The formats `csv/STEP/BRANCH.csv`, `requirements.csv`, `parts.csv` and `connections.csv`.
 pub struct Csv;
 
 impl Format for Csv {
@@ -161,7 +168,7 @@ impl Format for Csv {
     }
 
     fn files(&self) -> &'static [&'static str] {
-        &["csv/STEP/BRANCH.csv", SHEET]
+        &["csv/STEP/BRANCH.csv", SHEET, PARTS, CONNECTIONS]
     }
 
     fn media_type(&self) -> &'static str {
@@ -171,6 +178,13 @@ impl Format for Csv {
     fn at_end<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
         let mut taken = vec![];
         let mut files = vec![File::new(SHEET, |mut out| write_sheet(&ended.run.requirements, &mut out))];
+        let known = &ended.run.identities;
+        if !known.parts.is_empty() || !known.components.is_empty() {
+            files.push(File::new(PARTS, |mut out| write_parts(known, &mut out)));
+        }
+        if !known.connections.is_empty() {
+            files.push(File::new(CONNECTIONS, |mut out| write_connections(&known.connections, &mut out)));
+        }
         for end in ended.ends() {
             let step = file_name(&format!("{}-{}", taken.len() + 1, end.name), &mut taken);
             files.extend(tables(&format!("csv/{step}"), &end.branches));

@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, StepResult};
+use wireloom_core::identity::Identified;
 use wireloom_core::obstacle::{Obstacle, Surface};
 use wireloom_core::rotation::columns;
 use wireloom_core::{Pose, Vector};
@@ -49,8 +50,9 @@ const SWEPT: usize = 3;
 
 /// Writes the harness at the end of each step of a run, a scene each, of which the last is the one shown: branches as
 /// tubes of their diameter, constraints as boxes (longer for connectors), obstacles at their poses; nodes have their
-/// names. Parts without finite coordinates, which a failed run may leave, are omitted. The `extras` of the file have
-/// `status`, `verdict` and `requirements` as they are in `result.json`.
+/// names, and what a parts list says of them in their `extras`. Parts without finite coordinates, which a failed run may
+/// leave, are omitted. The `extras` of the file have `status`, `verdict` and `requirements` as they are in
+/// `result.json`.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length, or the file grows beyond the 4 GB that
@@ -74,7 +76,8 @@ pub fn write(run: &Run, obstacles: &[Obstacle], out: &mut impl Write) -> io::Res
                 continue;
             }
             let mesh = file.mesh(&branch.name, &tube(branch), CABLE);
-            children.push(file.node(json!({ "name": branch.name, "mesh": mesh })));
+            let node = json!({ "name": branch.name, "mesh": mesh });
+            children.push(file.node(identified(node, run, Identified::Branch)?));
         }
         for constraint in step.constraints.iter().filter(|constraint| is_drawable(&constraint.position)) {
             let mut node =
@@ -83,14 +86,14 @@ pub fn write(run: &Run, obstacles: &[Obstacle], out: &mut impl Write) -> io::Res
             let diameter = diameter_at(step, constraint);
             let length = if constraint.kind == "connector" { CONNECTOR } else { CONSTRAINT };
             node["scale"] = json!([WIDTH * diameter, WIDTH * diameter, length * diameter]);
-            children.push(file.node(node));
+            children.push(file.node(identified(node, run, Identified::Constraint)?));
         }
         for ((obstacle, result), mesh) in obstacles.iter().zip(&step.obstacles).zip(&bodies) {
             let mut node = placed(&obstacle.name, &result.pose);
             if let Some(mesh) = mesh {
                 node["mesh"] = (*mesh).into();
             }
-            children.push(file.node(node));
+            children.push(file.node(identified(node, run, Identified::Obstacle)?));
         }
         file.scene(&step.name, children);
     }
@@ -158,6 +161,14 @@ fn diameter_at(step: &StepResult, constraint: &ConstraintResult) -> f64 {
         .map(|branch| (off(branch), branch.diameter))
         .min_by(|a, b| a.0.total_cmp(&b.0));
     nearest.map_or(0.0, |(_, diameter)| diameter)
+}
+
+/// A node with what the parts list of the run says of the part of its name.
+fn identified(mut node: Value, run: &Run, of: Identified) -> io::Result<Value> {
+    if let Some(identity) = node["name"].as_str().and_then(|name| run.identities.find(of, name)) {
+        node["extras"] = serde_json::to_value(identity)?;
+    }
+    Ok(node)
 }
 
 /// A node at a pose.

@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 use wireloom_core::Status;
 use wireloom_core::equilibrium::{RequirementResult, Run};
-use wireloom_core::requirement::{Bound, Measure, Severity, Verdict, by_urgency};
+use wireloom_core::requirement::{Bound, Measure, Origin, Severity, Verdict, by_urgency};
 
 /// Significant digits of a value.
 const DIGITS: usize = 3;
@@ -189,7 +189,10 @@ fn values(line: &RequirementResult) -> (String, String) {
     let Some(worst) = line.worst.filter(|worst| *worst != f64::INFINITY) else {
         let straight = measure == Measure::BendRadius && (line.worst.is_some() || line.verdict == Verdict::Pass);
         let worst = if straight { "straight".to_owned() } else { String::new() };
-        return (worst, format!("{side} {}", with_unit(measure, &short(&limit(DIGITS + 1)))));
+        // The limits of what holds for every harness come with the values.
+        let known = line.origin != Origin::Always || line.worst.is_some();
+        let limit = format!("{side} {}", with_unit(measure, &short(&limit(DIGITS + 1))));
+        return (worst, if known { limit } else { String::new() });
     };
     let noise = NOISE * line.limit.abs();
     let value = if worst.abs() < noise { 0.0 } else { worst };
@@ -275,7 +278,6 @@ mod tests {
     use super::*;
     use wireloom_core::equilibrium::Outcome;
     use wireloom_core::event::{EventPlace, Moment};
-    use wireloom_core::requirement::Origin;
 
     fn line(measure: Measure, bound: Bound, worst: f64, limit: f64) -> RequirementResult {
         let verdict = if bound.gap(worst, limit) < 0.0 { Verdict::Fail } else { Verdict::Pass };
@@ -299,6 +301,19 @@ mod tests {
     fn words(measure: Measure, bound: Bound, worst: f64, limit: f64) -> [String; 3] {
         let Line { worst, limit, margin, .. } = Line::of(&line(measure, bound, worst, limit));
         [worst, limit, margin]
+    }
+
+    #[test]
+    fn a_limit_that_comes_with_its_value_is_not_shown_without_it() {
+        let never = RequirementResult {
+            origin: Origin::Always,
+            worst: None,
+            verdict: Verdict::NotChecked,
+            ..line(Measure::Buckling, Bound::Max, 0.0, 0.0)
+        };
+        assert_eq!(Line::of(&never).limit, "");
+        let given = RequirementResult { origin: Origin::Scenario, ..never };
+        assert_eq!(Line::of(&given).limit, "max 0 N");
     }
 
     #[test]

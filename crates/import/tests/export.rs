@@ -156,7 +156,8 @@ fn changed_lengths_are_written_in_the_unit_of_the_file_and_listed() {
 
 #[test]
 fn a_segment_without_a_length_gets_one_with_its_new_curve() {
-    let length = "    <Virtual_length id=\"l4\"><Unit_component>uMM</Unit_component><Value_component>30</Value_component>\
+    let length = "    <Virtual_length id=\"l4\"><Unit_component>uMM</Unit_component>\
+                  <Value_component>30</Value_component>\
                   </Virtual_length>\n";
     let text = file();
     assert!(text.contains(length));

@@ -46,7 +46,8 @@ pub enum NotExported {
     NoFile,
     /// The file is not the one that the scenario was imported from.
     #[error(
-        "it is not `{file}` as the scenario was imported from it: its SHA-256 is {found}, the scenario has {expected}{}",
+        "it is not `{file}` as the scenario was imported from it: its SHA-256 is {found}, the scenario has \
+         {expected}{}",
         unknown(.segments)
     )]
     OtherFile {

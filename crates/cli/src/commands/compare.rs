@@ -149,7 +149,6 @@ fn tried(
                 .push((names.collect::<Vec<_>>().join(", "), load::scenario_of(file, text, &variant.settings, trust)?));
         }
     }
-    interrupt::listen();
     let cases = loaded.into_iter().map(|(name, loaded)| {
         let ended = carry_out(loaded, &name, bar)?;
         ended.map(|run| case(name, Ending::of(&run))).transpose()
@@ -168,7 +167,6 @@ fn gathered(inputs: &[PathBuf], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, F
         })
     });
     let given = given.collect::<Result<Vec<_>, Failure>>()?;
-    interrupt::listen();
     let cases = given.into_iter().zip(names(inputs)).map(|(given, name)| {
         let ended = match given {
             Given::Scenario(loaded) => carry_out(*loaded, &name, bar)?.map(|run| Ending::of(&run)),
@@ -221,7 +219,7 @@ pub fn no_result(file: &Path) -> impl Fn(io::Error) -> Failure {
 
 /// Carries out a scenario; nothing is written. `None` where it was interrupted.
 pub fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Run>, Failure> {
-    let loaded = loaded.with_mesh()?;
+    let loaded = loaded.with_mesh(bar)?;
     let increments = size::increments(&loaded.built);
     let large = size::estimate(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
     bar.count(format!("{name}{}", large.unwrap_or_default()), "increments", increments, 0);

@@ -6,7 +6,6 @@ use crate::failure::{Failure, Outcome};
 use crate::files::folder;
 use crate::files::load;
 use crate::files::results::FIELDS;
-use crate::interrupt;
 use crate::plugin::trust::Trust;
 use crate::print::exported;
 use crate::print::progress::Bar;
@@ -55,7 +54,6 @@ fn ended(arguments: &KblExportArguments, bar: &Bar) -> Result<Option<Run>, Failu
     let path = &arguments.result;
     if is_scenario(path) {
         let loaded = load::scenario(path, &[], &Trust::to_run(&arguments.allowed))?;
-        interrupt::listen();
         return carry_out(loaded, &path.display().to_string(), bar);
     }
     let file = result_of(path);

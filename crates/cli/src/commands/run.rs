@@ -69,8 +69,8 @@ pub fn finished(arguments: &RunArguments, out: &mut dyn Write) -> Result<Finishe
     let what = arguments.resume.as_deref().or(arguments.file.as_deref()).unwrap_or(Path::new(""));
     let bar = Bar::new(format!("reading {}", what.display()), !arguments.quiet);
     let job = match &arguments.resume {
-        Some(folder) => Job::resume(folder, &trust)?,
-        None => Job::begin(arguments, &trust)?,
+        Some(folder) => Job::resume(folder, &trust, &bar)?,
+        None => Job::begin(arguments, &trust, &bar)?,
     };
     drop(bar);
     if let Some(words) = job.size.as_ref().filter(|_| !arguments.quiet) {
@@ -117,7 +117,6 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
         failure: None,
         crash_report,
     };
-    interrupt::listen();
     let mut run = wireloom::run_observed(built, resumed, &mut watcher);
     run.plugins = plugins.iter().map(record).collect();
     run.notes.extend(wireloom::plugins::notes());

@@ -4,6 +4,7 @@ use crate::failure::{Failure, Refusal};
 use crate::interrupt;
 use crate::plugin::load::load as load_plugins;
 use crate::plugin::trust::Trust;
+use crate::print::progress::Bar;
 use crate::program::PROGRAM;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -122,9 +123,14 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// With the mesh that its accuracy asks for, which trial runs find; see [`wireloom::mesh`].
-    pub fn with_mesh(self) -> Result<Self, Failure> {
+    /// With the mesh that its accuracy asks for, which trial runs find, as `bar` says; see [`wireloom::mesh`]. A signal
+    /// to stop ends them, and then the run that follows, at its beginning.
+    pub fn with_mesh(self, bar: &Bar) -> Result<Self, Failure> {
+        interrupt::listen();
         let Self { scenario, built, registry, .. } = self;
+        if scenario.accuracy.is_some() {
+            bar.say("finding the mesh");
+        }
         let meshed = wireloom::mesh::by_accuracy(scenario, built, &registry, interrupt::monitor());
         let (scenario, built) = meshed.map_err(|faults| {
             let (name, text) = self.texts[0].clone();

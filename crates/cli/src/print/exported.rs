@@ -45,7 +45,10 @@ pub fn json(written: &Exported, tolerance: f64, file: &Path, out: &mut dyn Write
         |all: &[Moved]| -> Vec<_> { all.iter().map(|own| json!({ "id": own.id, "distance": own.distance })).collect() };
     let segments: Vec<_> = written.segments.iter().map(segment).collect();
     let fixings: Vec<_> = (written.fixings.iter())
-        .map(|own| json!({ "id": own.id, "constraint": own.constraint, "before": own.fractions[0], "now": own.fractions[1] }))
+        .map(|own| {
+            let [before, now] = own.fractions;
+            json!({ "id": own.id, "constraint": own.constraint, "before": before, "now": now })
+        })
         .collect();
     let notes: Vec<_> = written.notes.iter().map(|own| json!({ "what": own.what, "items": own.items })).collect();
     let document = json!({

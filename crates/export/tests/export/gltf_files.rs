@@ -4,6 +4,8 @@ use crate::samples::{among_obstacles, broken, cube, failing, run, v, y_harness};
 use gltf::scene::Transform;
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use wireloom_core::identity::{Identified, Identities, Identity, Part};
 use wireloom_core::obstacle::Surface;
 use wireloom_core::{StepResult, Vector};
 use wireloom_export::gltf::{write, write_surface};
@@ -69,13 +71,35 @@ fn file(steps: &[&StepResult], obstacles: &[wireloom_core::obstacle::Obstacle]) 
     bytes
 }
 
+/// The JSON part of a file.
+fn document(bytes: &[u8]) -> serde_json::Value {
+    let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
+    serde_json::from_slice(&bytes[20..20 + length]).expect("JSON")
+}
+
+#[test]
+fn nodes_have_the_part_numbers_of_their_parts() {
+    let mut run = failing();
+    let name = run.steps[0].branches[0].name.clone();
+    let identity = Identity { part: Some("8K0 971 824".into()), ..Identity::default() };
+    let parts = vec![Part { of: Identified::Branch, name: name.clone(), identity }];
+    run.identities = Arc::new(Identities { parts, ..Identities::default() });
+    let mut bytes = vec![];
+    write(&run, &[], &mut bytes).expect("written");
+    let file = document(&bytes);
+    for node in file["nodes"].as_array().expect("a list") {
+        let part = if node["name"] == *name { serde_json::json!("8K0 971 824") } else { serde_json::Value::Null };
+        assert_eq!(node["extras"]["part"], part, "{node}");
+    }
+    assert_eq!(scenes(&bytes).len(), 1, "it stays valid");
+}
+
 #[test]
 fn the_file_has_the_verdict_and_the_requirements_of_the_result() {
     let run = failing();
     let (mut bytes, mut result) = (vec![], vec![]);
     write(&run, &[], &mut bytes).expect("written");
-    let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
-    let file: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).expect("JSON");
+    let file = document(&bytes);
     wireloom_export::json::write(&run, &Provenance::default(), &mut result).expect("written");
     let result: serde_json::Value = serde_json::from_slice(&result).expect("JSON");
     for key in ["status", "verdict", "requirements"] {

@@ -113,7 +113,8 @@ fn basis(knots: &[f64], k: usize, u: f64) -> [f64; DEGREE + 1] {
     values
 }
 
-/// Solves `A x = b` for a symmetric positive definite band matrix by Cholesky's factors; `matrix[i][d]` is `A_{i, i−d}`.
+/// Solves `A x = b` for a symmetric positive definite band matrix by Cholesky's factors; `matrix[i][d]` is
+/// `A_{i, i−d}`.
 fn solve(matrix: &mut [[f64; DEGREE + 1]], right: &mut [Vector]) {
     for i in 0..matrix.len() {
         for j in i.saturating_sub(DEGREE)..=i {
@@ -131,8 +132,8 @@ fn solve(matrix: &mut [[f64; DEGREE + 1]], right: &mut [Vector]) {
     }
 }
 
-/// The control points of the same curve over unclamped knots `u_i = i`: `P_i = f(i + 1, …, i + p)`, with the blossom f of
-/// a span in which `P_i` acts.
+/// The control points of the same curve over unclamped knots `u_i = i`: `P_i = f(i + 1, …, i + p)`, with the blossom f
+/// of a span in which `P_i` acts.
 fn unclamped(points: &[Vector], knots: &[f64]) -> Vec<Vector> {
     let n = points.len();
     (0..n).map(|i| blossom(DEGREE, points, knots, i.clamp(DEGREE, n - 1), |r| (i + r) as f64)).collect()

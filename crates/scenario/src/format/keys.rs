@@ -86,8 +86,8 @@ pub(crate) const SCENARIO: Keys = Keys {
         may(
             "kbl",
             Form::Table(&KBL_FILE),
-            "the KBL file from which `wireloom import kbl` made the scenario; `wireloom export kbl` writes results back \
-             into it",
+            "the KBL file from which `wireloom import kbl` made the scenario; `wireloom export kbl` writes results \
+             back into it",
         ),
         may("connections", Form::Tables(&CONNECTION), "electrical connections: wires with their signals and cavities"),
         may("sweep", Form::Table(&SWEEP), "values over which `wireloom sweep` runs the scenario"),

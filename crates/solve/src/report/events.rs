@@ -8,7 +8,10 @@ use crate::steps::certificate::FEASIBLE;
 use std::collections::BTreeMap;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::conditions::Partner;
-use wireloom_core::equilibrium::{Clearance, ClearanceFrom, OperationResult, SlideMotion, StepResult};
+use wireloom_core::constraint::Action;
+use wireloom_core::equilibrium::{
+    BranchResult, Clearance, ClearanceFrom, ConstraintResult, OperationResult, SlideMotion, StepResult,
+};
 use wireloom_core::minimiser::Stop;
 use wireloom_core::problem::Problem;
 use wireloom_core::status::Status;
@@ -20,6 +23,11 @@ use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
 const OUT_OF_PROPORTION: f64 = 8.0;
 /// Factor on the prescribed turn times the length of the longest branch, which a harness of several branches may move.
 const TURN_FACTOR: f64 = 2.0;
+/// Distance of a held centre line from an obstacle, in radii of the cable, below which it is driven into it: what is
+/// fastened to a body may lie in it up to half its radius.
+const HELD_DEPTH: f64 = 0.5;
+/// Change of that distance that is round-off.
+const SAME_DEPTH: f64 = 1e-6;
 /// Least move of a jump, as a fraction of the longest branch.
 const FAR: f64 = 0.05;
 
@@ -68,11 +76,11 @@ pub(crate) fn log_increment(
     (cables, spans): (&Cables<'_>, &Spans),
     (stop, all): (&Stop, bool),
 ) {
-    bends(log, end);
+    bends(log, &end.branches);
     overlaps(log, problem);
     passed_through(log, problem.network, cables);
-    short_clearances(log, clearances(cables, end, log.now(), all));
-    constraints(log, problem, end);
+    short_clearances(log, problem, cables, all);
+    constraints(log, problem, &end.constraints);
     slides(log, end);
     insertions(log, end);
     coarse_meshes(log, problem, state);
@@ -114,6 +122,46 @@ pub(crate) fn log_increment(
             ),
         });
     }
+}
+
+/// Constraints that hold their cable in an obstacle, deeper than it was held under the conditions `before`: a body that
+/// is driven into what is held there, or a plug into a body.
+pub(crate) fn driven_into_bodies(problem: &Problem<'_>, before: &Conditions) -> Vec<Occurrence> {
+    let (network, now) = (problem.network, problem.conditions());
+    let mut found = Vec::new();
+    let acting = network.constraints.iter().enumerate().filter(|(f, _)| now.active[*f] && before.active[*f]);
+    for (f, constraint) in acting {
+        let Action::Prescribed(hold) = constraint.model.action() else { continue };
+        if !hold.position || !hold.rails.is_empty() {
+            continue;
+        }
+        let radius = 0.5 * network.diameter_at(constraint.place);
+        for (o, obstacle) in network.obstacles.iter().enumerate() {
+            let distance =
+                |at: &Conditions| obstacle.shape.distance(&at.contact.poses[o].local(&at.targets[f].position), radius);
+            let (was, is) = (distance(before), distance(now));
+            if is < HELD_DEPTH * radius && is < was - SAME_DEPTH * radius {
+                found.push(Occurrence {
+                    kind: EventKind::Overlap,
+                    place: EventPlace {
+                        obstacle: Some(obstacle.name.clone()),
+                        ..EventPlace::constraint(&constraint.name)
+                    },
+                    value: Some(is),
+                    limit: Some(radius),
+                    message: format!(
+                        "obstacle `{}` and the cable that `{}` holds are driven into each other: {:.1} mm from its \
+                         centre line to the surface, its radius is {:.1} mm",
+                        obstacle.name,
+                        constraint.name,
+                        1e3 * is,
+                        1e3 * radius
+                    ),
+                });
+            }
+        }
+    }
+    found
 }
 
 /// Place and description of a contact violation.
@@ -222,8 +270,10 @@ fn coarse_meshes(log: &mut EventLog, problem: &Problem<'_>, state: &State) {
     }
 }
 
-/// Logs cables closer to an obstacle than required, and updates the least clearances.
-fn short_clearances(log: &mut EventLog, now: Vec<Clearance>) {
+/// Logs cables closer to an obstacle than required, and updates the least clearances: of all pairs, or of those with a
+/// required one.
+pub(crate) fn short_clearances(log: &mut EventLog, problem: &Problem<'_>, cables: &Cables<'_>, all: bool) {
+    let now = clearances(cables, &problem.conditions().contact.poses, log.now(), all);
     for clearance in now.iter().filter(|clearance| clearance.is_short()) {
         let Clearance { branch, from, distance, s, required, .. } = clearance;
         if let (ClearanceFrom::Obstacle(obstacle), Some(required)) = (from, required) {
@@ -244,8 +294,8 @@ fn short_clearances(log: &mut EventLog, now: Vec<Clearance>) {
 }
 
 /// Logs branches bent more tightly than their sections allow.
-fn bends(log: &mut EventLog, end: &StepResult) {
-    for branch in &end.branches {
+pub(crate) fn bends(log: &mut EventLog, branches: &[BranchResult]) {
+    for branch in branches {
         let Some(limit) = branch.bend_radius_limit else { continue };
         let tightest = branch.bend_radius.iter().zip(&branch.s).min_by(|a, b| a.0.total_cmp(b.0));
         if let Some((&radius, &s)) = tightest.filter(|(radius, _)| **radius < limit) {
@@ -261,8 +311,8 @@ fn bends(log: &mut EventLog, end: &StepResult) {
 }
 
 /// Logs constraints loaded beyond their limits.
-fn constraints(log: &mut EventLog, problem: &Problem<'_>, end: &StepResult) {
-    for result in &end.constraints {
+pub(crate) fn constraints(log: &mut EventLog, problem: &Problem<'_>, results: &[ConstraintResult]) {
+    for result in results {
         // A released constraint may have the same name.
         let mut acting =
             problem.network.constraints.iter().zip(&problem.conditions().active).filter(|(_, acts)| **acts);

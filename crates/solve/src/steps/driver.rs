@@ -63,6 +63,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(super) errors: Vec<NodalErrors>,
     /// Errors that the parts of time up to here leave, by branch.
     pub(super) time_errors: Vec<TimeError>,
+    /// Whether all clearances are kept, not only the required ones.
+    pub(super) all_clearances: bool,
     /// Results so far of the operations of the current step.
     pub(super) operations: Vec<OperationResult>,
     /// Equilibria near which those of the increments are searched for.
@@ -142,6 +144,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             previous_move: None,
             errors: Vec::new(),
             time_errors: vec![TimeError::default(); network.branches.len()],
+            all_clearances: false,
             operations: Vec::new(),
             guide: None,
         }
@@ -235,6 +238,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             lost_twist: _,
             smallest_part: _,
             errors: _,
+            all_clearances: _,
             guide: _,
         } = self;
         Checkpoint {

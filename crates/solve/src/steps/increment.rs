@@ -12,7 +12,6 @@ use crate::steps::progress::Interruption;
 use wireloom_core::conditions::{Conditions, Sliding};
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
-use wireloom_core::requirement::Measure;
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 use wireloom_core::{EventKind, EventPlace, Moment};
@@ -73,6 +72,9 @@ impl Driver<'_, '_> {
         all: bool,
         seconds: impl FnOnce() -> f64,
     ) -> Result<StepResult, Interruption> {
+        self.all_clearances = all;
+        // A run that is resumed here knows of no earlier states.
+        self.problem.search_contacts_again();
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
         let _increment = tracing::info_span!("increment", index = increment).entered();
         let status = self.solve_increment(plan, a, b);
@@ -151,6 +153,9 @@ impl Driver<'_, '_> {
             }
             self.problem.commit_rods(&self.state);
             self.problem.sum_dissipated(&before.rods);
+            for driven in events::driven_into_bodies(&self.problem, &before) {
+                self.log.raise(driven);
+            }
             let moved = result::farthest(&self.began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;
@@ -247,7 +252,9 @@ impl Driver<'_, '_> {
             }
             self.update_operations(plan, to);
             if to < b {
-                self.check_on_the_way(|_| true);
+                self.check_on_the_way(false);
+                // Friction goes by the way from one equilibrium to the next.
+                self.problem.commit_contacts(&self.state);
             }
         }
         (status, from)
@@ -329,7 +336,7 @@ impl Driver<'_, '_> {
     /// Checks the clearances at an equilibrium between two halves. The scenario does not ask for it, so what else it
     /// may break, such as a straight span that has not buckled yet, does not count.
     fn check_clearances(&mut self) {
-        self.check_on_the_way(|requirement| requirement.measure == Measure::Clearance);
+        self.check_on_the_way(true);
     }
 
     /// Whether a clearance that has been kept so far may have been broken on the way through a part that began under

@@ -157,7 +157,7 @@ impl Driver<'_, '_> {
             status = self.solve();
         }
         self.release_slides();
-        if !network.slides.is_empty() {
+        if !network.slides.is_empty() || network.has_rough_contact() {
             status = self.solve();
         }
         status = self.leave_unstable_start(status);
@@ -230,6 +230,16 @@ impl Driver<'_, '_> {
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
         let mut condensation = Condensation::new(&self.problem);
         condensation.condense(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
+    }
+
+    /// A remark if the harness touches something rough at the start.
+    pub(super) fn smooth_start_note(&self) -> Option<String> {
+        let rubs = self.problem.conditions().contact.records.iter().any(|record| record.anchor.is_some());
+        rubs.then(|| {
+            "the start is an equilibrium without friction, which acts from there on: where a cable has to be held by \
+             friction, let a step bring the weight or the obstacle"
+                .to_owned()
+        })
     }
 
     /// Enables friction, and lets the cable run through the constraints that slide without it.

@@ -87,6 +87,11 @@ impl Checkpoint {
         self.conditions.body(network, network.constraints.get(constraint).and_then(|own| own.mount))
     }
 
+    /// Poses of the obstacles.
+    pub fn obstacle_poses(&self) -> &[Pose] {
+        &self.conditions.contact.poses
+    }
+
     /// Whether a constraint is active.
     pub fn acts(&self, constraint: usize) -> bool {
         self.conditions.active.get(constraint).copied().unwrap_or(false)
@@ -149,6 +154,7 @@ impl InteractiveDriver {
         if start != Status::Converged {
             notes.push(unbalanced_start_note(start));
         }
+        notes.extend(driver.smooth_start_note());
         let grade = driver.certify(start);
         let mut end = driver.step_result(&step, 0, grade, clock.elapsed().as_secs_f64());
         let requirements = driver.check_start(&mut end);

@@ -3,6 +3,7 @@
 use super::driver::{Driver, is_balanced};
 use crate::report::clearance::Cables;
 use crate::report::deviation;
+use crate::report::events;
 use crate::report::requirements::Equilibrium;
 use crate::report::result;
 use crate::report::sheet::Here;
@@ -12,7 +13,7 @@ use crate::steps::stability::{Inspection, Stability};
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult,
 };
-use wireloom_core::requirement::{Requirement, Verdict};
+use wireloom_core::requirement::{Measure, Requirement, Verdict};
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 use wireloom_core::{Moment, Problem, State, Tangent};
@@ -119,10 +120,13 @@ impl Driver<'_, '_> {
         })
     }
 
-    /// Checks those requirements that count at an equilibrium on the way through an increment. On the way to the
-    /// initial equilibrium, increment 0, no state is one of the harness.
-    pub(super) fn check_on_the_way(&mut self, counts: impl Fn(&Requirement) -> bool) {
-        if self.log.now().increment > 0 && self.problem.network.requirements.iter().any(&counts) {
+    /// Checks the requirements, and logs the limits that are broken, at an equilibrium on the way through an increment;
+    /// with `clearances_alone` only clearances count. On the way to the initial equilibrium, increment 0, no state is
+    /// one of the harness.
+    pub(super) fn check_on_the_way(&mut self, clearances_alone: bool) {
+        let counts = |own: &Requirement| !clearances_alone || own.measure == Measure::Clearance;
+        let asked = self.all_clearances || self.problem.network.requirements.iter().any(counts);
+        if self.log.now().increment > 0 && asked {
             let touching = self.problem.touching_points(&self.state);
             let inspect = self.problem.has_potential();
             let inspection = inspect.then(|| self.certifier.inspect(&mut self.problem, &self.state));
@@ -133,6 +137,12 @@ impl Driver<'_, '_> {
             let spans = Spans::new(&self.problem, &self.state);
             let results = (&branches[..], &constraints[..], &operations[..]);
             self.check(results, (&cables, &spans), (Here::OnTheWay, false), counts);
+            let (log, problem, all) = (&mut self.log, &self.problem, self.all_clearances);
+            events::short_clearances(log, problem, &cables, all);
+            if !clearances_alone {
+                events::bends(log, &branches);
+                events::constraints(log, problem, &constraints);
+            }
         }
     }
 

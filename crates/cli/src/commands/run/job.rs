@@ -8,6 +8,7 @@ use crate::files::load::{self, Loaded};
 use crate::files::results;
 use crate::files::saved::{self, Keeper, Origin, Standing};
 use crate::plugin::trust::Trust;
+use crate::print::progress::Bar;
 use crate::size::{self, increments};
 use std::path::Path;
 use wireloom::scenario::{Scenario, Setting};
@@ -33,9 +34,9 @@ pub struct Job {
 
 impl Job {
     /// Reads the scenario, empties the folder of results and begins a record.
-    pub fn begin(arguments: &RunArguments, trust: &Trust) -> Result<Self, Failure> {
+    pub fn begin(arguments: &RunArguments, trust: &Trust, bar: &Bar) -> Result<Self, Failure> {
         let file = arguments.file.as_deref().unwrap_or(Path::new(""));
-        let mut loaded = load::scenario(file, &settings(file, arguments, trust)?, trust)?.with_mesh()?;
+        let mut loaded = load::scenario(file, &settings(file, arguments, trust)?, trust)?.with_mesh(bar)?;
         loaded.scenario.output.report |= arguments.report;
         // A harness that does not fit is refused before the results of an earlier run are removed.
         let size = size::estimate(&loaded.built.network, increments(&loaded.built))?;
@@ -49,10 +50,10 @@ impl Job {
     }
 
     /// Reads the record of an interrupted run, and its scenario again.
-    pub fn resume(place: &Path, trust: &Trust) -> Result<Self, Failure> {
+    pub fn resume(place: &Path, trust: &Trust, bar: &Bar) -> Result<Self, Failure> {
         let folder = saved::interrupted(place)?;
         let origin = Origin::read(&folder)?;
-        let mut loaded = load::scenario(&origin.file, &origin.settings(), trust)?.with_mesh()?;
+        let mut loaded = load::scenario(&origin.file, &origin.settings(), trust)?.with_mesh(bar)?;
         loaded.scenario.output.report |= origin.report;
         origin.check(&loaded)?;
         let size = size::estimate(&loaded.built.network, increments(&loaded.built))?;
