@@ -1,6 +1,6 @@
 //! Branches and joints.
 
-use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
+use super::identities::{COLOUR, DESCRIPTION, KBL, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Keys, may, must};
 use crate::format::limits::{FRACTION, MAX_COUNT, NON_NEGATIVE, POSITIVE, SPAN_LENGTH};
 use wireloom_core::Quantity;
@@ -42,6 +42,7 @@ pub(crate) const BRANCH: Keys = Keys {
         DESCRIPTION,
         SUPPLIER,
         COLOUR,
+        KBL,
     ],
 };
 
