@@ -3,8 +3,10 @@
 
 use crate::program;
 use std::fs;
+use std::io::Read;
 use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -106,17 +108,32 @@ impl Place {
 /// If it does not end.
 pub fn ended(mut child: Child) -> Ended {
     let began = Instant::now();
-    // What it prints is less than a pipe holds.
-    while child.try_wait().expect("a state").is_none() {
+    // It waits where it prints more than a pipe holds, so that is read meanwhile.
+    let [out, err] = [child.stdout.take().map(all_of), child.stderr.take().map(all_of)];
+    let text = |read: Option<JoinHandle<Vec<u8>>>| {
+        let bytes = read.map(|read| read.join().expect("read")).unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
+    };
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a state") {
+            break status;
+        }
         if began.elapsed() > PATIENCE {
             child.kill().expect("killed");
-            panic!("it does not end: {:?}", child.wait_with_output());
+            panic!("it does not end: {} {}", text(out), text(err));
         }
         std::thread::sleep(Duration::from_millis(2));
-    }
-    let Output { status, stdout, stderr } = child.wait_with_output().expect("ended");
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    Ended { code: status.code(), out: text(stdout), err: text(stderr) }
+    };
+    Ended { code: status.code(), out: text(out), err: text(err) }
+}
+
+/// Reads a pipe to its end, in a thread of its own.
+fn all_of(mut pipe: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).expect("read");
+        bytes
+    })
 }
 
 /// Kills a process.

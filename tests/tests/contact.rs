@@ -385,7 +385,8 @@ fn a_drum_that_turns_once_in_an_increment_pulls_as_the_capstan_does() {
     let text = harness.replace("friction = 0.2", "friction = 0.2\nmount = \"wheel\"")
         + "[[mechanisms]]\nname = \"m\"\n[[mechanisms.joints]]\nname = \"axle\"\nkind = \"revolute\"\n\
            between = [\"ground\", \"wheel\"]\norigin = [0, 0, 0]\naxis = [0, 1, 0]\n\
-           [[steps]]\nname = \"settle\"\n[[steps]]\nname = \"turn\"\ndrive = [{ joint = \"axle\", to = \"-360 deg\" }]\n";
+           [[steps]]\nname = \"settle\"\n[[steps]]\nname = \"turn\"\n\
+           drive = [{ joint = \"axle\", to = \"-360 deg\" }]\n";
     let run = run(&text);
     assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
     let (ratio, expected) = (-force(run.steps.last().expect("steps"), "hand").z / 2.0, (0.2 * PI).exp());
@@ -409,7 +410,8 @@ fn a_body_that_is_driven_into_a_held_cable_is_an_event() {
     };
     let down = |z: f64| {
         format!(
-            "[[steps]]\nname = \"down\"\nincrements = 20\nmove = [{{ obstacle = \"ram\", position = [0.295, 0, {z}] }}]\n"
+            "[[steps]]\nname = \"down\"\nincrements = 20\n\
+             move = [{{ obstacle = \"ram\", position = [0.295, 0, {z}] }}]\n"
         )
     };
     let found = events(&down(0.0));

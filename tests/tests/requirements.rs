@@ -776,7 +776,8 @@ fn the_clearance_of_arms_of_one_joint_does_not_depend_on_the_mesh() {
     }
 }
 
-/// Where a cable begins to touch is known to a segment: a contact force near its limit is not resolved on a coarse mesh.
+/// Where a cable begins to touch is known to a segment: a contact force near its limit is not resolved on a coarse
+/// mesh.
 #[test]
 fn a_contact_force_has_an_error_that_goes_by_the_mesh() {
     let error = |segments: usize| {

@@ -21,11 +21,13 @@
 //! **References.** A new curve takes over the `Cartesian_point`s that only the old ones refer to; what is left of them
 //! is removed. A point that several elements share and that moves for some of them only stays, and those get a new one.
 
+mod computed;
 mod edits;
 mod error;
 mod line;
 mod points;
 
+pub use computed::{Branch, Computed, Held};
 pub use error::ExportError;
 
 use super::constraints::Holding;
@@ -38,6 +40,7 @@ use super::options::Selection;
 use super::section::Types;
 use super::segments::{Laid, lay_all};
 use super::unit::{Quantity, Unit};
+use computed::JOINED;
 use edits::{Edits, direction, significant};
 use line::Line;
 use nalgebra::UnitQuaternion;
@@ -54,49 +57,8 @@ const SAME_LENGTH: f64 = 1e-8;
 /// Places along a segment that differ by less than this, as a fraction of it, are the same: files have six decimals.
 const SAME_PLACE: f64 = 1e-6;
 
-/// Largest distance, m, of the ends of branches that end at one point.
-const JOINED: f64 = 1e-5;
-
 /// Largest distance, m, of a fixing from the centre line of its segment.
 const ON_LINE: f64 = 1e-3;
-
-/// The computed harness.
-pub struct Computed<'a> {
-    /// Its branches.
-    pub branches: Vec<Branch<'a>>,
-    /// Its constraints that come from assignments of fixings.
-    pub fixings: Vec<Held>,
-}
-
-/// A computed branch.
-pub struct Branch<'a> {
-    /// Its name.
-    pub name: String,
-    /// Id of the segment that it comes from.
-    pub segment: Option<String>,
-    /// Arc lengths of its nodes, of the unstressed cable, m.
-    pub s: &'a [f64],
-    /// Its points over the fraction of its arc length, 0 to 1, m.
-    pub at: Box<dyn Fn(f64) -> Vector + 'a>,
-    /// Frames at its start and its end; d3 is the tangent.
-    pub frames: [UnitQuaternion<f64>; 2],
-    /// Its least bend radius, m; infinite where it is straight.
-    pub bend_radius: f64,
-}
-
-/// A constraint that holds a fixing.
-pub struct Held {
-    /// Its name.
-    pub name: String,
-    /// Id of the assignment.
-    pub assignment: String,
-    /// Held point of the cable, m.
-    pub position: Vector,
-    /// Unit tangent of the cable there.
-    pub tangent: Vector,
-    /// Name of the branch and arc length (m) where the cable slides through it.
-    pub slides: Option<(String, f64)>,
-}
 
 /// A KBL file with a result in it.
 #[derive(Clone, Debug, PartialEq)]

@@ -91,8 +91,8 @@ pub fn forces_around(branch: &BranchResult, node: usize) -> [Vector; 2] {
 }
 
 /// Where a part of a branch is straightest between two of its nodes, if it is straighter there than at both: the node
-/// before, the arc length (m) and the curvature (1/m). The vector of the curvature is linear between nodes: in a plane it
-/// vanishes where the bend goes over to the other side.
+/// before, the arc length (m) and the curvature (1/m). The vector of the curvature is linear between nodes: in a plane
+/// it vanishes where the bend goes over to the other side.
 pub fn straightest(branch: &BranchResult, from: f64, to: f64) -> Option<(usize, f64, f64)> {
     let (s, x) = (&branch.s, &branch.position);
     let edges: Vec<Vector> = x.windows(2).map(|pair| (pair[1] - pair[0]).normalize()).collect();

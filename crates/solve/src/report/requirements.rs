@@ -474,8 +474,8 @@ impl<'a> Equilibrium<'a> {
         })
     }
 
-    /// Error of a contact force on a branch, N. The cable touches a body at its nodes and some points between them: where
-    /// it begins to touch is known to a segment on either side, and so is the length of the spans beside.
+    /// Error of a contact force on a branch, N. The cable touches a body at its nodes and some points between them:
+    /// where it begins to touch is known to a segment on either side, and so is the length of the spans beside.
     fn contact_error(&self, branch: usize, force: f64) -> f64 {
         let mesh = self.network.branches[branch].rod.mesh();
         let longest = mesh.rest_lengths.iter().copied().fold(0.0, f64::max);

@@ -12,8 +12,8 @@ const HALVINGS: usize = 50;
 /// Round-off of the intersection of two lines, as a fraction of the segments.
 const BESIDE: f64 = 1e-9;
 
-/// Length of a piece of cable that moves as its middle does, as a fraction of the cable's radius: thinner bodies may pass
-/// between contact points unseen.
+/// Length of a piece of cable that moves as its middle does, as a fraction of the cable's radius: thinner bodies may
+/// pass between contact points unseen.
 const THIN: f64 = 0.05;
 
 /// Straight segment, given by its ends.
@@ -144,8 +144,8 @@ impl ContactTerm {
     }
 }
 
-/// First fraction of the motion at which a straight piece of cable, whose ends move linearly in the axes of an obstacle,
-/// enters it between its ends; `short` is the length up to which it moves as its middle does.
+/// First fraction of the motion at which a straight piece of cable, whose ends move linearly in the axes of an
+/// obstacle, enters it between its ends; `short` is the length up to which it moves as its middle does.
 fn entering(shape: &dyn Shape, [p, p_end]: [&Piece; 2], short: f64) -> Option<f64> {
     let middle = |piece: &Piece| 0.5 * (piece[0] + piece[1]);
     let (from, to) = (middle(p), middle(p_end));

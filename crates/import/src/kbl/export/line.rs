@@ -1,7 +1,7 @@
 //! The computed centre lines of segments.
 
+use super::computed::{Branch, Computed, Held, JOINED};
 use super::error::ExportError;
-use super::{Branch, Computed, Held, JOINED};
 use crate::kbl::curve::{Vector, minimum};
 use crate::kbl::document::Document;
 use crate::kbl::findings::Findings;
