@@ -47,6 +47,8 @@ pub(crate) struct Names<'a> {
     pub mechanism_joints: Qualified<(usize, usize)>,
     /// Identities of the parts that have been read.
     pub parts: Vec<Part>,
+    /// Notes on other files.
+    pub file_notes: Vec<String>,
     /// Whether branches may leave their division to the accuracy of the mesh.
     pub by_accuracy: bool,
     /// Approximate number of segments.

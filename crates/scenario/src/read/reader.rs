@@ -65,6 +65,8 @@ impl<'a> Reader<'a> {
     pub fn finish(self) -> Vec<Fault> {
         let mut faults = self.faults.into_inner();
         faults.sort_by_key(|fault| fault.span.start);
+        // A name may be read several times.
+        faults.dedup();
         faults
     }
 
@@ -166,9 +168,15 @@ impl<'a> Reader<'a> {
         self.numbers::<3>(key, node, quantity, |item| self.number(key, item, quantity, ANY)).map(Vector::from)
     }
 
-    /// Numbers whose ratios alone matter.
+    /// Numbers, without units, whose ratios alone matter.
     fn ratios<const N: usize>(&self, key: &str, node: &Node<'_>) -> Option<[f64; N]> {
-        self.numbers(key, node, Quantity::Dimensionless, |item| self.plain_number(key, item, Quantity::Dimensionless))
+        self.numbers(key, node, Quantity::Dimensionless, |item| {
+            if let DeValue::String(_) = item.get_ref() {
+                self.mismatch(key, item, "a number", "write a number without quotes and unit: ratios alone matter");
+                return None;
+            }
+            self.plain_number(key, item, Quantity::Dimensionless)
+        })
     }
 
     /// Three numbers that are not all zero, made a unit vector.
@@ -223,8 +231,19 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// A string that is not empty.
+    /// Notes a text with control characters: names go into files, tables and terminals.
+    pub fn refuse_control_characters(&self, what: &str, text: &str, span: Span) {
+        if let Some(control) = text.chars().find(|c| c.is_control()) {
+            let message = format!("{what} has the control character U+{:04X}", u32::from(control));
+            self.fault(span, message, "leave it out");
+        }
+    }
+
+    /// A string that is not empty, without control characters.
     pub fn word<'n>(&self, key: &str, node: &'n Node<'_>) -> Option<&'n str> {
+        if let DeValue::String(text) = node.get_ref() {
+            self.refuse_control_characters(&format!("`{key}`"), text, node.span());
+        }
         match node.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Some(text),
             DeValue::String(_) => {
