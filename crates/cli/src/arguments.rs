@@ -577,7 +577,13 @@ pub struct CompareArguments {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Largest distance of shapes that are the same, in metres or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "1 mm", allow_hyphen_values = true, value_parser = values::length)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "1 mm",
+        allow_hyphen_values = true,
+        value_parser = values::length
+    )]
     pub tolerance: f64,
     /// Show no progress
     #[arg(long, short)]

@@ -299,7 +299,7 @@ fn a_segment_without_wires_does_not_have_minus_zero_copper() {
     let without = with("<Segments>s4 s2</Segments>", "");
     let scenario = imported(&without).scenario;
     assert!(
-        scenario.contains("] # 1 wire, though the file routes none here") && !scenario.contains("-0.00"),
+        scenario.contains("] # 1 wire, though the file routes none here") && !scenario.contains("-0.00 mm²"),
         "{scenario}"
     );
 }

@@ -83,8 +83,8 @@ fn a_joint_does_not_stand_outside_its_limits_because_nothing_says_how_it_is_draw
 fn a_robot_without_shapes_of_the_kind_asked_for_is_told() {
     let robot = "[[mechanisms]]\nname = \"arm\"\nurdf = \"robot.urdf\"\ndrawn = [{ joint = \"j\", value = 0.5 }]\n";
     let found = notes(&format!("{robot}obstacles = \"visual\"\n"));
-    let what = "mechanism \"arm\": no link of robot.urdf has a <visual> shape, so none is an obstacle; if the links have \
-                <collision> shapes, write obstacles = \"collision\"";
+    let what = "mechanism \"arm\": no link of robot.urdf has a <visual> shape, so none is an obstacle; if the links \
+                have <collision> shapes, write obstacles = \"collision\"";
     assert!(found.iter().any(|note| note == what), "{found:#?}");
     let found = notes(&format!("{robot}obstacles = \"collision\"\n"));
     assert!(!found.iter().any(|note| note.contains("shape")), "{found:#?}");

@@ -89,8 +89,8 @@ fn link_shapes<'a>(
     if let Some(element) = entry.text("obstacles").filter(|_| shapes.is_empty()) {
         let others = if element == LINK_SHAPES[0] { LINK_SHAPES[1] } else { LINK_SHAPES[0] };
         names.file_notes.push(format!(
-            "mechanism \"{mechanism}\": no link of {path} has a <{element}> shape, so none is an obstacle; if the links \
-             have <{others}> shapes, write obstacles = \"{others}\""
+            "mechanism \"{mechanism}\": no link of {path} has a <{element}> shape, so none is an obstacle; if the \
+             links have <{others}> shapes, write obstacles = \"{others}\""
         ));
     }
     let mut found = Vec::new();
