@@ -2,8 +2,12 @@
 
 use std::f64::consts::PI;
 use wireloom::geometry::{Rotation, Vector};
+use wireloom::result::EventKind;
+use wireloom::scenario::NoFiles;
+use wireloom::session::drag::Goal;
+use wireloom::session::{Monitor, Session, SessionError};
 use wireloom::{Run, Status, StepResult};
-use wireloom_tests::cables::run;
+use wireloom_tests::cables::{branch, connector, run};
 
 /// A scenario of `scenarios/contact`, in which some texts are replaced; it must converge.
 #[track_caller]
@@ -344,3 +348,102 @@ release = ["slide"]
 constraint = "hand"
 turns = 3.4682
 "#;
+
+/// Two plugs 0.588 m apart hold a cable of 0.6 m and radius 4 mm; `more` is the rest of the text.
+fn between_two_plugs(segments: usize, more: &str) -> String {
+    [
+        "schema = 1\nname = \"two plugs\"\n[sections.s]\ndiameter = 0.008\nlinear_density = 0.12\n\
+         axial_stiffness = 20000.0\nbending_stiffness = 0.012\ntorsion_stiffness = 0.009\n",
+        &branch("c", ["A", "B"], "s", 0.6, segments),
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+        &connector("B", "B", [0.588, 0.0, 0.0]),
+        more,
+    ]
+    .concat()
+}
+
+/// The nodes lie on both sides of a bar of 1 mm that goes 220 mm down through them in two increments: it takes the
+/// cable along. At rest its ends bear less than 1 N.
+#[test]
+fn a_thin_bar_does_not_pass_between_two_nodes() {
+    let bar = "[[obstacles]]\nname = \"bar\"\nposition = [0.3125, 0, 0.1]\nshape = \"cylinder\"\nradius = 0.0005\n\
+               length = 2.0\ntangent = [0, 1, 0]\n[[steps]]\nname = \"rest\"\n[[steps]]\nname = \"go\"\n\
+               increments = 2\nmove = [{ obstacle = \"bar\", position = [0.3125, 0, -0.12] }]\n";
+    let run = run(&between_two_plugs(120, bar));
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
+    assert!(force(&run.steps[0], "A").norm() < 1.0);
+    let step = &run.steps[1];
+    assert!(step.obstacles[0].contacts > 0 && force(step, "A").norm() > 500.0, "{:?}", step.obstacles);
+}
+
+/// A drum that turns below a cable rubs it on its whole way, however few increments it takes.
+#[test]
+fn a_drum_that_turns_once_in_an_increment_pulls_as_the_capstan_does() {
+    let path = wireloom_tests::root().join("scenarios/contact/capstan.toml");
+    let text = std::fs::read_to_string(&path).expect("a text");
+    let (harness, _) = text.split_once("[[steps]]").expect("steps");
+    let text = harness.replace("friction = 0.2", "friction = 0.2\nmount = \"wheel\"")
+        + "[[mechanisms]]\nname = \"m\"\n[[mechanisms.joints]]\nname = \"axle\"\nkind = \"revolute\"\n\
+           between = [\"ground\", \"wheel\"]\norigin = [0, 0, 0]\naxis = [0, 1, 0]\n\
+           [[steps]]\nname = \"settle\"\n[[steps]]\nname = \"turn\"\ndrive = [{ joint = \"axle\", to = \"-360 deg\" }]\n";
+    let run = run(&text);
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
+    let (ratio, expected) = (-force(run.steps.last().expect("steps"), "hand").z / 2.0, (0.2 * PI).exp());
+    assert!((ratio / expected - 1.0).abs() < 0.02, "{ratio}, {expected} expected");
+}
+
+/// What is held cannot give way to a body: that is told, whichever of them moves.
+#[test]
+fn a_body_that_is_driven_into_a_held_cable_is_an_event() {
+    let ram = |step: &str| {
+        "[[constraints]]\nname = \"clip\"\nkind = \"collar\"\nat = { branch = \"c\", s = 0.3 }\n\
+         position = [0.295, 0, 0]\ntangent = [1, 0, 0]\n[[obstacles]]\nname = \"ram\"\nposition = [0.295, 0, 0.4]\n\
+         shape = \"box\"\nsize = [0.02, 0.02, 0.3]\n[[steps]]\nname = \"rest\"\n"
+            .to_owned()
+            + step
+    };
+    let events = |step: &str| {
+        let run = run(&between_two_plugs(60, &ram(step)));
+        assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
+        run.events.into_iter().filter(|event| event.kind == EventKind::Overlap).collect::<Vec<_>>()
+    };
+    let down = |z: f64| {
+        format!(
+            "[[steps]]\nname = \"down\"\nincrements = 20\nmove = [{{ obstacle = \"ram\", position = [0.295, 0, {z}] }}]\n"
+        )
+    };
+    let found = events(&down(0.0));
+    assert!(found.len() == 1 && found[0].place.constraint.as_deref() == Some("clip"), "{found:?}");
+    assert!((found[0].value.expect("a distance") + 0.01).abs() < 1e-9, "half the width of the ram: {found:?}");
+    assert_eq!(events(&down(0.16)), [], "6 mm above the surface of the cable");
+}
+
+fn session(text: &str) -> Result<Session, SessionError> {
+    Session::open(text, Box::new(NoFiles), wireloom::registry(), Monitor::default())
+}
+
+/// Friction begins at the start: it was not in balance with it, and the session did not open.
+#[test]
+fn a_session_opens_where_the_start_touches_something_rough() {
+    let floor = "[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, -0.05]\nnormal = [0, 0, 1]\n\
+                 friction = 0.3\n";
+    let text = between_two_plugs(20, floor).replace(&connector("B", "B", [0.588, 0.0, 0.0]), "");
+    let opened = session(&text).expect("an equilibrium");
+    let run = run(&text);
+    assert_eq!((opened.end().status, run.status()), (Status::Converged, Status::Converged));
+    let [by_hand, by_run] = [opened.end(), &run.steps[0]].map(|end| force(end, "A"));
+    assert!((by_hand - by_run).norm() < 1e-5 * by_run.norm(), "{by_hand} {by_run}");
+    assert!(run.notes.iter().any(|note| note.contains("without friction")), "{:?}", run.notes);
+}
+
+/// What a run of the saved text refuses, the session refuses.
+#[test]
+fn a_session_takes_no_plug_into_a_body() {
+    let floor = "[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, -0.05]\nnormal = [0, 0, 1]\n";
+    let mut opened = session(&between_two_plugs(20, floor)).expect("an equilibrium");
+    let to = |z: f64| Goal { position: Some([0.58, 0.0, z]), orientation: None };
+    let refused = opened.move_to("B", &to(-0.056)).expect_err("6 mm deep, the radius is 4 mm");
+    assert!(refused.to_string().contains("6.0 mm inside obstacle \"floor\""), "{refused}");
+    opened.move_to("B", &to(-0.045)).expect("on the floor");
+    session(&opened.text().expect("a text")).expect("the text is one that can be run");
+}

@@ -205,6 +205,35 @@ fn a_harness_on_a_spring_is_not_compared_as_if_the_spring_were_at_rest() {
     assert!(why.contains("\"hand\" is a spring"), "{why}");
 }
 
+/// An arm that slipped on the way would be at rest where it is drawn.
+#[test]
+fn a_harness_whose_arms_slip_is_not_compared_as_if_they_had_not() {
+    let half = |name: &str, ends: [&str; 2], from: f64| {
+        let (x, end) = (from, from + 0.2);
+        branch(name, ends, "cable", 0.2, 10)
+            + &format!("path = [[{x}, -0.5, 0], [{end}, -0.5, 0]]\ndrawn = [[{x}, 0, 0], [{end}, 0, 0]]\n")
+    };
+    let run = compared(
+        &[
+            "schema = 1\nname = \"taped\"\n",
+            &section("cable"),
+            &half("left", ["A", "J"], 0.0),
+            &half("right", ["J", "B"], 0.2),
+            "[[joints]]\nname = \"J\"\nmodel = \"compliant-hub\"\nbending_stiffness = 0.1\ntorsion_stiffness = 0.1\n\
+             friction = { bending = [{ stiffness = 0.1, moment = 0.001 }] }\n\
+             arms = [{ branch = \"left\", direction = [-1, 0, 0], up = [0, 0, 1] }, \
+             { branch = \"right\", direction = [1, 0, 0], up = [0, 0, 1] }]\n",
+            &connector("plug-A", "A", [0.0, -0.5, 0.0]),
+            &connector("plug-B", "B", [0.39, -0.5, 0.0]),
+            "[[steps]]\nname = \"carry\"\nincrements = 4\nmove = [{ constraint = \"plug-A\", position = [0, 0, 0] }, \
+             { constraint = \"plug-B\", position = [0.39, 0, 0] }]\n",
+        ]
+        .concat(),
+    );
+    let why = run.drawn_start.expect("a word on it").not_compared.expect("no comparison");
+    assert_eq!(why, "joint \"J\" keeps a set from the way there");
+}
+
 /// A whole turn on the way remains in the cable, which winds out of its plane: the run says that it ends elsewhere, how
 /// far, and why. Without the turn it ends where it would from its drawn line.
 #[test]

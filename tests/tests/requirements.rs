@@ -701,3 +701,98 @@ fn no_clearance_is_broken_while_the_wind_rises_before_the_first_step() {
     assert_eq!(line(&run, "ball").verdict, Verdict::Pass, "{:?}", line(&run, "ball"));
     assert!(line(&run, "ball").worst > Some(0.3));
 }
+
+/// An S between two plugs is straight at its middle, which lies between two nodes of an odd number of segments.
+#[test]
+fn a_cable_is_straight_where_its_bend_changes_sides() {
+    for segments in [24, 25] {
+        let text = [
+            "schema = 1\nname = \"S\"\ngravity = [0, 0, 0]\n",
+            &section("cable"),
+            &branch("cable", ["A", "B"], "cable", 0.6, segments),
+            &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+            &connector("plug-B", "B", [0.591, 0.1, 0.0]),
+            &requirement("bent", "bend_radius", "{ branch = \"cable\" }", "max = 200"),
+        ];
+        let run = run(&text.concat());
+        let line = line(&run, "bent");
+        assert_eq!(line.verdict, Verdict::Fail, "{segments} segments: {:?}", line.worst);
+        assert!(line.worst.expect("a value") > 1e6, "{segments} segments: {:?}", line.worst);
+    }
+}
+
+/// A bar beside a cable turns once about its own middle: it is where it was, and has been at the cable.
+#[test]
+fn an_obstacle_that_turns_once_in_an_increment_breaks_a_clearance() {
+    let pose = "position = [0.1, 0, 0.05]\ntangent = [0, 0, 1]\nup = [0, 1, 0]\n";
+    let bar = |size: &str| {
+        format!(
+            "[[obstacles]]\nname = \"bar\"\nshape = \"box\"\nsize = {size}\n{pose}min_clearance = 0.04\n\
+             [[steps]]\nname = \"turn\"\n[[steps.move]]\nobstacle = \"bar\"\n{pose}turns = 1\n"
+        )
+    };
+    // It turns about its tangent, z: along its length, and across it.
+    for (size, expected) in [("[0.01, 0.01, 0.12]", Verdict::Pass), ("[0.12, 0.01, 0.01]", Verdict::Fail)] {
+        let run = run(&upright(40, &bar(size)));
+        assert_eq!(line(&run, "bar").verdict, expected, "{size}: {:?}", line(&run, "bar").worst);
+    }
+}
+
+/// Two arms that part at a joint and meet again: what counts as near the joint goes by the length of cable, not by
+/// whole segments.
+#[test]
+fn the_clearance_of_arms_of_one_joint_does_not_depend_on_the_mesh() {
+    let clearance = |segments: usize| {
+        let joint = |name: &str, side: f64, other: &str| {
+            format!(
+                "[[joints]]\nname = \"{name}\"\nmodel = \"fused\"\narms = [\
+                 {{ branch = \"{other}\", direction = [{}, 0, 0], up = [0, 0, 1] }}, \
+                 {{ branch = \"one\", direction = [{side}, {side}, 0], up = [0, 0, 1] }}, \
+                 {{ branch = \"two\", direction = [{side}, {}, 0], up = [0, 0, 1] }}]\n",
+                -side, -side
+            )
+        };
+        let text = [
+            "schema = 1\nname = \"loop\"\ngravity = [0, 0, 0]\n",
+            &section("cable"),
+            &branch("in", ["A", "J"], "cable", 0.2, 20),
+            &branch("one", ["J", "K"], "cable", 0.3, segments),
+            &branch("two", ["J", "K"], "cable", 0.3, segments),
+            &branch("out", ["K", "B"], "cable", 0.2, 20),
+            &joint("J", 1.0, "in"),
+            &joint("K", -1.0, "out"),
+            &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+            "[[requirements]]\nname = \"apart\"\nquantity = \"clearance\"\n\
+             between = [{ branch = \"one\" }, { branch = \"two\" }]\nmin = 0.001\n",
+        ];
+        let run = run(&text.concat());
+        let line = line(&run, "apart");
+        (line.worst.expect("a value"), line.error.expect("an error"))
+    };
+    let (fine, _) = clearance(192);
+    for segments in [12, 24, 48] {
+        let (coarse, error) = clearance(segments);
+        assert!((coarse - fine).abs() < error.max(0.02 * fine), "{segments}: {coarse} ± {error}, {fine} with 192");
+    }
+}
+
+/// Where a cable begins to touch is known to a segment: a contact force near its limit is not resolved on a coarse mesh.
+#[test]
+fn a_contact_force_has_an_error_that_goes_by_the_mesh() {
+    let error = |segments: usize| {
+        let text = [
+            "schema = 1\nname = \"lies\"\n",
+            &section("cable"),
+            &branch("cable", ["A", "B"], "cable", 1.0, segments),
+            &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+            "[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, -0.03]\nnormal = [0, 0, 1]\n\
+             max_contact_force = 1\n",
+        ];
+        let run = run(&text.concat());
+        let line = line(&run, "floor");
+        let force = line.worst.expect("a force");
+        assert!(force > 0.1 && force < 0.5, "{force} N of its weight of 0.49 N");
+        line.error.expect("an error") / force
+    };
+    assert!((error(10) - 0.2).abs() < 1e-12 && (error(80) - 0.025).abs() < 1e-12);
+}

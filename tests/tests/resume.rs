@@ -119,6 +119,14 @@ fn cables_that_rub_go_on_from_every_checkpoint() {
     assert_eq!(whole.status().word(), "converged");
 }
 
+/// Large multipliers act across gaps there: what the search for contacts knew of earlier states made the difference.
+#[test]
+fn a_rod_that_buckles_in_a_tube_goes_on_from_every_checkpoint() {
+    let path = root().join("scenarios/contact/rod_in_tube.toml");
+    let whole = goes_on_from_every_checkpoint(&fs::read_to_string(path).expect("a text"));
+    assert_eq!(whole.status().word(), "converged");
+}
+
 #[test]
 fn all_scenarios_go_on_from_every_checkpoint() {
     let mut seen = 0;

@@ -14,6 +14,7 @@
 //! | `twist` | `branch`, `value`, turns |
 //! | `set` | `branch`, `s` of a node, `value`: curvature about d1, d2 and twist that remain without a moment, 1/m |
 //! | `dissipated` | `branch`, `value`: by the friction within its section since the start, J |
+//! | `set`, `dissipated` | `joint`, `branch`, `value`: likewise of the arm there, rad and J |
 //! | `stable` | `value`: what the flag says, true, false or "neutral" |
 //! | `unstable` | `branch`, `s`, `value`, m: flagged so, or the node is off its balance by more than `tolerance` |
 //! | `same-shape` | `branch` is `as = { branch, from }` at every node (see below) |
@@ -29,7 +30,7 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use std::path::{Path, PathBuf};
 use toml::Value;
 use wireloom::geometry::Vector;
-use wireloom::result::{BranchResult, ConstraintResult, FrictionResult, OperationResult, SlideResult};
+use wireloom::result::{ArmFriction, BranchResult, ConstraintResult, FrictionResult, OperationResult, SlideResult};
 use wireloom::{Run, Status, StepResult};
 use wireloom_testkit::closed_forms;
 use wireloom_tests::cables::{self, connector, section};
@@ -259,6 +260,8 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
         }
         "operation" => vec![operation(end, word(check, "constraint")?, word(check, "part")?)?],
         "twist" => vec![branch(end, word(check, "branch")?)?.twist_turns],
+        "set" if check.get("joint").is_some() => arm(end, check)?.set.as_slice().into(),
+        "dissipated" if check.get("joint").is_some() => vec![arm(end, check)?.dissipated_in_all],
         "set" => {
             let (branch, s) = (branch(end, word(check, "branch")?)?, check.get("s").and_then(number).ok_or("no `s`")?);
             let i = branch.s.iter().position(|node| (node - s).abs() < 1e-9).ok_or("no node there")?;
@@ -278,6 +281,13 @@ fn fault(end: &StepResult, kind: &str, check: &Value, slack: f64) -> Result<Opti
 /// Friction within the section of a branch.
 fn friction(branch: &BranchResult) -> Result<&FrictionResult, Failed> {
     branch.friction.as_ref().ok_or_else(|| format!("`{}` has no friction", branch.name).into())
+}
+
+/// What slips at an arm of a joint.
+fn arm<'a>(end: &'a StepResult, check: &Value) -> Result<&'a ArmFriction, Failed> {
+    let (joint, branch) = (word(check, "joint")?, word(check, "branch")?);
+    let found = end.joints.iter().find(|own| own.name == joint).ok_or_else(|| format!("no joint `{joint}`"))?;
+    found.friction.iter().find(|own| own.branch == branch).ok_or_else(|| format!("`{branch}` does not slip").into())
 }
 
 /// Slide of the cable in a constraint that it runs through.
@@ -376,6 +386,22 @@ fn values_of_closed_forms() -> Result<(), Failed> {
         let file = "friction_set.toml";
         pairs.push((step.into(), value(file, step, "set", "branch", "cable")?, vec![0.0, set, 0.0]));
         pairs.push((step.into(), value(file, step, "dissipated", "branch", "cable")?, vec![dissipated]));
+    }
+    let mut operator = closed_forms::FrictionOperator::new(0.06, &[[0.2, 0.01], [0.1, 0.01]]);
+    for (step, angle) in [("bent", Some(90.0)), ("let go", None), ("bent back", Some(-60.0)), ("let go again", None)] {
+        let file = "arm_friction.toml";
+        match angle {
+            Some(angle) => {
+                let moment =
+                    closed_forms::arm_in_series(&mut operator, 0.5 / 0.012 + 1.0 / 5.0, f64::to_radians(angle));
+                let written = value(file, step, "reaction-moment", "constraint", "wall")?;
+                pairs.push((step.into(), written, vec![0.0, moment, 0.0]));
+            }
+            None => _ = operator.let_go(),
+        }
+        let (dissipated, set) = (operator.dissipated(), closed_forms::arm_angle(operator.clone().let_go()));
+        pairs.push((step.into(), value(file, step, "set", "joint", "J")?, vec![0.0, set, 0.0]));
+        pairs.push((step.into(), value(file, step, "dissipated", "joint", "J")?, vec![dissipated]));
     }
     // EI = 0.02, of which 0.9 yield at 2 1/m.
     let mut operator = closed_forms::FrictionOperator::new(0.002, &[[0.018, 0.036]]);

@@ -31,8 +31,8 @@ struct WireloomKind;
 
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 // arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
-// compliant hubs, springs of their arms.
-#define WIRELOOM_ABI_MINOR 5
+// compliant hubs, springs of their arms. 6: memory of joints.
+#define WIRELOOM_ABI_MINOR 6
 
 // Success.
 #define WIRELOOM_STATUS_OK 0
@@ -551,6 +551,12 @@ typedef struct WireloomJointDescription {
     int32_t has_hessian;
     // Zero.
     uint32_t reserved;
+    // Initial values of the memory, those at rest; live until `destroy`. Since ABI 1.6.
+    const double *memory;
+    // Number of values in the memory.
+    uint32_t memory_count;
+    // Zero.
+    uint32_t reserved_too;
 } WireloomJointDescription;
 
 // Outputs for a joint of `k` frames: those of its arms, and of a compliant hub; null outputs are not requested. The
@@ -566,6 +572,8 @@ typedef struct WireloomJointEvaluation {
     double *gradient;
     // Second derivative: `3 k × 3 k` numbers, symmetric.
     double *hessian;
+    // Values of the memory, which the energy may depend on. Since ABI 1.6.
+    const double *memory;
 } WireloomJointEvaluation;
 
 // Functions of a joint model. Threads: as for `ConstraintKind`.
@@ -588,6 +596,11 @@ typedef struct WireloomJointKind {
                         const double *frames,
                         struct WireloomJointEvaluation *evaluation,
                         struct WireloomText *message);
+    // Called once when an increment has converged, with the frames at its end, as many as `evaluate` gets: updates
+    // `memory` (`JointDescription::memory_count` numbers, initially those at the start of the increment), so that the
+    // derivatives stay those that they were, and a second call changes no bit. Null: the memory does not change. Since
+    // ABI 1.6.
+    int32_t (*commit)(const void *instance, const double *frames, double *memory, struct WireloomText *message);
 } WireloomJointKind;
 
 // A kind that scenarios can use.

@@ -10,6 +10,8 @@
 // A joint model is a class with
 //     T(const WireloomJointSpec &spec, WireloomJointDescription &description);
 //     void evaluate(const double *frames, WireloomJointEvaluation &out) const;
+// and, where wanted,
+//     void commit(const double *frames, double *memory) const;
 // All rules of wireloom_plugin.h hold. A function refuses by throwing wireloom::Refusal.
 
 #ifndef WIRELOOM_PLUGIN_HPP
@@ -94,6 +96,11 @@ WireloomJointKind joint_functions() {
                       WireloomText *message) {
         return guarded(message, [&] { static_cast<const T *>(instance)->evaluate(frames, *out); });
     };
+    if constexpr (requires(const T &t, const double *frames, double *memory) { t.commit(frames, memory); }) {
+        all.commit = [](const void *instance, const double *frames, double *memory, WireloomText *message) {
+            return guarded(message, [&] { static_cast<const T *>(instance)->commit(frames, memory); });
+        };
+    }
     return all;
 }
 

@@ -50,8 +50,8 @@ pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 pub const ABI_MAJOR: u32 = 1;
 /// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 /// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
-/// compliant hubs, springs of their arms.
-pub const ABI_MINOR: u32 = 5;
+/// compliant hubs, springs of their arms. 6: memory of joints.
+pub const ABI_MINOR: u32 = 6;
 
 /// Success.
 pub const STATUS_OK: i32 = 0;
@@ -607,6 +607,13 @@ pub struct JointKind {
             message: *mut Text,
         ) -> i32,
     >,
+    /// Called once when an increment has converged, with the frames at its end, as many as `evaluate` gets: updates
+    /// `memory` (`JointDescription::memory_count` numbers, initially those at the start of the increment), so that the
+    /// derivatives stay those that they were, and a second call changes no bit. Null: the memory does not change. Since
+    /// ABI 1.6.
+    pub commit: Option<
+        unsafe extern "C" fn(instance: *const c_void, frames: *const f64, memory: *mut f64, message: *mut Text) -> i32,
+    >,
 }
 
 // SAFETY: as for `Kinds`.
@@ -704,6 +711,12 @@ pub struct JointDescription {
     pub has_hessian: i32,
     /// Zero.
     pub reserved: u32,
+    /// Initial values of the memory, those at rest; live until `destroy`. Since ABI 1.6.
+    pub memory: *const f64,
+    /// Number of values in the memory.
+    pub memory_count: u32,
+    /// Zero.
+    pub reserved_too: u32,
 }
 
 /// Outputs for a joint of `k` frames: those of its arms, and of a compliant hub; null outputs are not requested. The
@@ -721,4 +734,6 @@ pub struct JointEvaluation {
     pub gradient: *mut f64,
     /// Second derivative: `3 k × 3 k` numbers, symmetric.
     pub hessian: *mut f64,
+    /// Values of the memory, which the energy may depend on. Since ABI 1.6.
+    pub memory: *const f64,
 }

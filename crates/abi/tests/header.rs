@@ -189,7 +189,7 @@ fn layout() -> String {
             size, reserved, energy, gradient, span_gradient, hessian, span_hessian, residuals, jacobian,
             span_jacobian, weights,
         }
-        JointKind { size, reserved, create, destroy, evaluate }
+        JointKind { size, reserved, create, destroy, evaluate, commit }
         Arm {
             branch, starts_here, reserved, rest, offset, curvature, segment_length, diameter, linear_density,
             axial_stiffness, shear_stiffness,
@@ -197,8 +197,10 @@ fn layout() -> String {
         }
         WireShare { from, to, share }
         JointSpec { size, arm_count, arm_stride, wire_count, name, arms, wires, values, value_count, reserved }
-        JointDescription { size, mounting, thread_safe, has_gradient, has_hessian, reserved }
-        JointEvaluation { size, arm_count, energy, gradient, hessian }
+        JointDescription {
+            size, mounting, thread_safe, has_gradient, has_hessian, reserved, memory, memory_count, reserved_too,
+        }
+        JointEvaluation { size, arm_count, energy, gradient, hessian, memory }
     }
     c
 }

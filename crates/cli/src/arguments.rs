@@ -118,6 +118,11 @@ pub enum Command {
         #[command(subcommand)]
         format: Format,
     },
+    /// Write a result back into the harness file that its scenario was imported from
+    Export {
+        #[command(subcommand)]
+        format: HarnessFile,
+    },
     /// Lay the harness of a scenario or a KBL file flat on a formboard, and draw it at 1:1
     ///
     /// Writes board.svg, board.dxf, board.pdf (pages at 1:1 with marks, tables of parts, branches and wires) and
@@ -601,6 +606,46 @@ pub enum Format {
     /// STEP (ISO 10303-21): the parts of an assembly as meshes, and obstacles that place them. Python reads it with
     /// Open CASCADE: python3 -m pip install "cadquery-ocp-novtk>=8"
     Step(StepArguments),
+}
+
+#[derive(Subcommand)]
+pub enum HarnessFile {
+    /// KBL (VDA 4964): centre curves, lengths, nodes, places of fixings and connectors as they were computed
+    ///
+    /// Segments get the computed centre lines (cubic B-splines) and the lengths of their branches; nodes, placements
+    /// and places of fixings move with the harness. All else in the file keeps its bytes, and so does what has not
+    /// moved: a curve that is within the tolerance of the computed line, a length that is the same. Lengths of wires,
+    /// dimensions and coverings stay those of the file; KBL has no element for the bend radius of a segment. Prints the
+    /// lengths that were changed since the import, by hand or by `optimise`.
+    ///
+    /// Refused: a run that did not converge, another file than the one that the scenario was imported from, branches
+    /// that end apart where the file has one node. Branches without a segment are listed, and not written; the halves
+    /// of a branch that was split become one segment again. Imported again, the file gives the same lengths, and lines
+    /// within the tolerance; clips are drawn beside the cable, and come back to some 0.1 mm along it.
+    Kbl(KblExportArguments),
+}
+
+#[derive(Args)]
+pub struct KblExportArguments {
+    /// A folder that `run` has written, its result.json, or the scenario, which is carried out (nothing else is
+    /// written)
+    #[arg(value_name = "DIR|FILE")]
+    pub result: PathBuf,
+    /// The KBL file that the scenario was imported from [default: that of the name in the scenario's [kbl], in the
+    /// current folder or beside the result]
+    #[arg(long, value_name = "FILE.kbl")]
+    pub kbl: Option<PathBuf>,
+    /// The KBL file to write
+    #[arg(short, long, value_name = "FILE.kbl")]
+    pub output: PathBuf,
+    /// Largest distance of the centre curves from the computed lines, in mm or with a unit
+    #[arg(long, value_name = "LENGTH", default_value = "0.1 mm", value_parser = values::millimetres)]
+    pub tolerance: f64,
+    /// Print what was written as JSON, for programs: every segment, node, placement and fixing
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub allowed: Allowed,
 }
 
 #[derive(Args)]

@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod devices;
 mod explain;
+mod export;
 mod formboard;
 mod identify;
 mod import;
@@ -19,7 +20,7 @@ mod studio;
 mod sweep;
 mod verify;
 
-use crate::arguments::{Command, Format};
+use crate::arguments::{Command, Format, HarnessFile};
 use crate::failure::{Failure, Outcome};
 use crate::plugin::fault;
 use crate::plugin::trust::Trust;
@@ -47,6 +48,7 @@ pub fn carry_out(command: &Command, out: &mut dyn Write) -> Result<Outcome, Fail
         Command::Explain { key, allowed } => explain::explain(key, allowed, out),
         Command::Import { format: Format::Kbl(arguments) } => import::kbl(arguments, out),
         Command::Import { format: Format::Step(arguments) } => import::step::step(arguments, out),
+        Command::Export { format: HarnessFile::Kbl(arguments) } => export::kbl(arguments, out),
         Command::Formboard(arguments) => formboard::formboard(arguments, out),
         Command::Bench(arguments) => bench::bench(arguments, out),
     }

@@ -2,6 +2,7 @@
 
 pub mod diagnostics;
 pub mod differences;
+pub mod exported;
 pub mod identified;
 pub mod operations;
 pub mod optimise;

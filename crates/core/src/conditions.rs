@@ -2,7 +2,7 @@
 
 use crate::load::LoadAction;
 use crate::mechanism::{Mechanism, Mount};
-use crate::network::AttachedConstraint;
+use crate::network::{AttachedConstraint, Joint};
 use crate::{Matrix, Network, Pose, State, Vector};
 use serde::{Deserialize, Serialize};
 
@@ -30,9 +30,11 @@ pub struct Conditions {
     pub constraints: Vec<ConstraintState>,
     /// State of each rod, by branch.
     pub rods: Vec<RodState>,
+    /// State of each joint.
+    pub joints: Vec<JointState>,
     /// Time since the beginning of the run, s; the initial equilibrium is at 0.
     pub time: f64,
-    /// Time at which the memories of the rods were last updated, s.
+    /// Time at which the memories of rods and joints were last updated, s.
     pub committed_time: f64,
     /// State of each sliding constraint of [`Network::slides`]; used while it acts.
     pub sliding: Vec<Sliding>,
@@ -58,6 +60,7 @@ impl Conditions {
             targets: with_states.map(|(c, own)| c.model.target(&own.base, 0.0)).collect(),
             constraints,
             rods: network.branches.iter().map(|b| RodState { memory: b.rod.memory(), dissipated: [0.0; 2] }).collect(),
+            joints: network.joints.iter().map(JointState::at_rest).collect(),
             time: 0.0,
             committed_time: 0.0,
             sliding: vec![Sliding::Stuck; network.slides.len()],
@@ -152,6 +155,31 @@ pub struct RodState {
     pub memory: Vec<f64>,
     /// Energy dissipated in the last increment, and since the beginning of the run, J.
     pub dissipated: [f64; 2],
+}
+
+/// State of a joint from one equilibrium to the next.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointState {
+    /// See [`crate::JointModel::memory`]; empty for an elastic joint.
+    pub memory: Vec<f64>,
+    /// Energy dissipated at each arm in the last increment, and since the beginning of the run, J; empty for an elastic
+    /// joint.
+    pub dissipated: Vec<[f64; 2]>,
+}
+
+impl JointState {
+    /// State of a joint at rest.
+    pub fn at_rest(joint: &Joint) -> Self {
+        let memory = joint.model.memory();
+        let arms = if memory.is_empty() { 0 } else { joint.arms.len() };
+        Self { memory, dissipated: vec![[0.0; 2]; arms] }
+    }
+
+    /// Whether its lengths are those of the state of this joint.
+    pub fn fits(&self, joint: &Joint) -> bool {
+        let other = Self::at_rest(joint);
+        (self.memory.len(), self.dissipated.len()) == (other.memory.len(), other.dissipated.len())
+    }
 }
 
 /// State of a sliding constraint.
@@ -345,6 +373,11 @@ impl<'a> System<'a> {
     /// Constraints that act, with their indices.
     pub fn acting(self) -> impl Iterator<Item = (usize, &'a AttachedConstraint)> {
         self.network.constraints.iter().enumerate().filter(move |(c, _)| self.conditions.active[*c])
+    }
+
+    /// Joints with their states.
+    pub fn joints(self) -> impl Iterator<Item = (&'a Joint, &'a JointState)> {
+        self.network.joints.iter().zip(&self.conditions.joints)
     }
 
     /// Nodes of a branch that are fixed in the material or in space, in increasing order: ends, constraints that act,

@@ -517,6 +517,24 @@ pub struct JointResult {
     pub position: Vector,
     /// Orientation; for joints without a frame of their own the best fit to their arms.
     pub orientation: Rotation,
+    /// What has slipped at its arms, of those at which something does.
+    pub friction: Vec<ArmFriction>,
+}
+
+/// What slips between an arm and its hub.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArmFriction {
+    /// Name of the branch.
+    pub branch: String,
+    /// Whether the branch starts at the joint.
+    pub starts_here: bool,
+    /// Set: turn of the arm from its rest direction that would remain if nothing exerted a moment on it, about d1, d2
+    /// and d3 of the branch there, rad.
+    pub set: Vector,
+    /// Energy dissipated there in the increment that ends here, J. Not in [`Energy`], which is stored.
+    pub dissipated: f64,
+    /// Energy dissipated there since the harness was at rest, J: on the way to the initial equilibrium, too.
+    pub dissipated_in_all: f64,
 }
 
 /// One constraint: its pose, and its reaction on the harness.

@@ -156,6 +156,30 @@ pub struct Connection {
     pub length: f64,
 }
 
+/// The KBL file that a scenario was imported from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KblFile {
+    /// Its name.
+    pub file: String,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub sha256: String,
+    /// The parts of the model that come from one of its elements: branches from segments, constraints from assignments
+    /// of fixings.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<Element>,
+}
+
+/// A part of the model, and the element of a KBL file that it comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Element {
+    /// What it is.
+    pub of: Identified,
+    /// Its name.
+    pub name: String,
+    /// Id of the element.
+    pub id: String,
+}
+
 /// All identities of a harness.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -169,12 +193,15 @@ pub struct Identities {
     /// Connections.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub connections: Vec<Connection>,
+    /// Where it was imported from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kbl: Option<KblFile>,
 }
 
 impl Identities {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.parts.is_empty() && self.components.is_empty() && self.connections.is_empty()
+        *self == Self::default()
     }
 
     /// The identity of a part of the model.

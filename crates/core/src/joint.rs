@@ -1,6 +1,7 @@
 //! Trait of a joint, which connects the arms of a break-out.
 
 use crate::law::JointLaw;
+use crate::section::SectionFriction;
 use crate::{Matrix, Rotation, Section, Vector};
 
 /// One arm of a joint, as input of its model.
@@ -22,17 +23,19 @@ pub struct Arm {
     pub length: f64,
     /// Rest curvature of its branch, 1/m.
     pub curvature: Vector,
-    /// Spring that holds it to a compliant hub, as far as the scenario gives one.
+    /// What holds it to a compliant hub, as far as the scenario gives it.
     pub spring: ArmSpring,
 }
 
-/// Spring between an arm and its hub, about the axes of the arm's frame; `None`: not given.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Spring and friction between an arm and its hub, about the axes of the arm's frame; `None`: not given.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ArmSpring {
     /// Stiffness about d1 and d2, N m/rad.
     pub bending: Option<[f64; 2]>,
     /// Stiffness about d3, N m/rad.
     pub torsion: Option<f64>,
+    /// Friction beside it; empty where the scenario gives none.
+    pub friction: SectionFriction,
 }
 
 /// Fraction of the wires of arm `from` that passes to arm `to`.
@@ -89,33 +92,64 @@ pub struct Continuation {
     pub variation: f64,
 }
 
+/// What the energy of a joint depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct JointShape<'a> {
+    /// Frames of the arms' segments at the joint, or of the stations at their ends, in the order of the arms, as frames
+    /// of their branches: d3 `from → to`; behind them that of a compliant hub, or those of the second segments where
+    /// the model continues the rods ([`JointModel::continue_rods`]).
+    pub frames: &'a [Rotation],
+    /// Memory of the joint; see [`JointModel::memory`].
+    pub memory: &'a [f64],
+}
+
 /// A joint of any number k ≥ 2 of arms.
 ///
-/// Contract: the energy depends on the frames of the arms' segments at the joint, or of the stations at their ends (in
-/// the order of the arms, as frames of their branches: d3 `from → to`), and behind them on that of a compliant hub. It
-/// is ≥ 0, 0 at the rest directions (near them where arms are curved at rest), unchanged by a common rotation, and
-/// unchanged when the direction of a branch is reversed. Energy and derivatives have no default: a joint that leaves
-/// one out would exert nothing. A hub with rigidly connected arms ([`Mounting::Pose`]) has no energy: it returns 0 and
-/// adds nothing. Methods neither allocate nor fail.
+/// A joint may remember ([`Self::memory`]). Its energy is then the incremental potential of its law for the memory at
+/// the start of the increment, as that of a rod; see [`crate::RodSegment`].
+///
+/// Contract: the energy depends on a [`JointShape`]. It is ≥ 0, 0 at the rest directions with the initial memory (near
+/// them where arms are curved at rest), unchanged by a common rotation, and unchanged when the direction of a branch is
+/// reversed. Energy and derivatives have no default: a joint that leaves one out would exert nothing. A hub with
+/// rigidly connected arms ([`Mounting::Pose`]) has no energy: it returns 0 and adds nothing. Methods neither allocate
+/// nor fail.
 pub trait JointModel: Send + Sync {
     /// Connection of the arms.
     fn mounting(&self) -> Mounting;
 
     /// Called once, with what the rods of the arms couple beyond their first segments ([`Mounting::Point`] only). A
     /// model that continues the rods through the joint returns true: its energy then depends on the frames of the
-    /// second segments too, and all slices have those of the first segments and then those of the second ones.
+    /// second segments too, and all slices have those of the first segments and then those of the second ones. It
+    /// remembers nothing.
     fn continue_rods(&mut self, _arms: &[Option<Continuation>]) -> bool {
         false
     }
 
     /// Energy, J.
-    fn energy(&self, frames: &[Rotation]) -> f64;
+    fn energy(&self, shape: &JointShape<'_>) -> f64;
 
     /// Adds ∂E/∂θ_a (N m, body frame a). Returns the energy, J.
-    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64;
+    fn add_gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> f64;
 
     /// Adds ∂²E/∂θ_a∂θ_b to `hessian[a * k + b]` for b ≤ a (N m), k being the number of frames.
-    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]);
+    fn add_hessian(&self, shape: &JointShape<'_>, hessian: &mut [Matrix]);
+
+    /// Initial memory: state variables, their number always the same; empty for an elastic joint. It is that of the
+    /// joint at rest, and held fixed while the minimum of an increment is searched for.
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Updates the memory, on entry that of `shape`, to the equilibrium `shape` that ends an increment. Adds the energy
+    /// dissipated in it at each arm to `dissipated`, J, never negative. With the new memory the joint exerts the same
+    /// moments; a second call then changes no bit and adds 0. Never called for a trial that is discarded.
+    fn commit(&self, _shape: &JointShape<'_>, _memory: &mut [f64], _dissipated: &mut [f64]) {}
+
+    /// Set of an arm with this memory: the turn from its rest frame that would remain if nothing exerted a moment
+    /// (rotation vector in the axes of the arm, rad). `None`: it is not known.
+    fn set(&self, _arm: usize, _memory: &[f64]) -> Option<Vector> {
+        None
+    }
 
     /// The coefficients of the energy, if it is of this form.
     fn law(&self) -> Option<JointLaw> {

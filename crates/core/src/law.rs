@@ -56,7 +56,7 @@ pub struct JointLaw {
 
 /// Bending and twist between two frames: `E = ½ λ (κ−κ°)ᵀ C (κ−κ°)`, `κ = (2/λ) (1 + |v|²/6) v`, `v`
 /// the imaginary part of `r = conj(q_a α) (q_b β)` with the sign that makes its real part ≥ 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PairLaw {
     /// Index of the first frame.
     pub a: usize,
@@ -72,6 +72,9 @@ pub struct PairLaw {
     pub stiffness: Vector,
     /// κ°, 1/m.
     pub curvature: Vector,
+    /// Friction, with the energy that it has in a [`RodLaw`]. The memory of the joint holds p of each element of each
+    /// pair, in the order of the pairs: two numbers (about d1, d2) for each in bending, then one in torsion, 1/m.
+    pub friction: SectionFriction,
 }
 
 /// A spring between a station, at x and q, and its target: `½ k |x − x_target|²` and the energy of a

@@ -102,7 +102,7 @@ pub use constraint::{
 };
 pub use equilibrium::{Run, StepResult};
 pub use event::{Event, EventKind, EventPlace, Moment};
-pub use joint::{Arm, ArmSpring, Continuation, JointModel, Mounting};
+pub use joint::{Arm, ArmSpring, Continuation, JointModel, JointShape, Mounting};
 pub use minimiser::{Minimiser, Report, Stop};
 pub use monitor::Monitor;
 pub use network::Network;

@@ -635,6 +635,11 @@ impl Network {
         }
     }
 
+    /// Whether obstacles or cables rub where they touch.
+    pub fn has_rough_contact(&self) -> bool {
+        self.contact.friction > 0.0 || self.obstacles.iter().any(|obstacle| obstacle.friction > 0.0)
+    }
+
     /// Whether the harness is large enough to evaluate its branches on several threads.
     pub fn is_shared(&self) -> bool {
         self.points >= 2 * WORTHWHILE

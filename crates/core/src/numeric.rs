@@ -27,7 +27,7 @@
 //! ```
 
 use crate::constraint::{ConstraintView, Potential};
-use crate::joint::{JointModel, Mounting};
+use crate::joint::{JointModel, JointShape, Mounting};
 use crate::{Matrix, Pose, Rotation, Vector};
 
 /// What is said of a part whose derivatives are numeric.
@@ -48,11 +48,17 @@ pub trait JointEnergy: Send + Sync {
     /// Connection of the arms, but [`Mounting::Pose`], which has no energy.
     fn mounting(&self) -> Mounting;
     /// Energy, J.
-    fn energy(&self, frames: &[Rotation]) -> f64;
+    fn energy(&self, shape: &JointShape<'_>) -> f64;
     /// Writes ∂E/∂θ_a (N m, body frame a), and returns the energy, J; `None`: they are not known.
-    fn gradient(&self, _frames: &[Rotation], _gradient: &mut [Vector]) -> Option<f64> {
+    fn gradient(&self, _shape: &JointShape<'_>, _gradient: &mut [Vector]) -> Option<f64> {
         None
     }
+    /// Initial memory; see [`JointModel::memory`].
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+    /// Updates the memory; see [`JointModel::commit`].
+    fn commit(&self, _shape: &JointShape<'_>, _memory: &mut [f64], _dissipated: &mut [f64]) {}
     /// Message of a fatal fault; see [`JointModel::fault`].
     fn fault(&self) -> Option<String> {
         None
@@ -97,29 +103,37 @@ impl<T: JointEnergy> JointModel for Numeric<T> {
         self.0.mounting()
     }
 
-    fn energy(&self, frames: &[Rotation]) -> f64 {
-        self.0.energy(frames)
+    fn energy(&self, shape: &JointShape<'_>) -> f64 {
+        self.0.energy(shape)
     }
 
-    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
-        let mut own = vec![Vector::zeros(); frames.len()];
-        let energy = self.0.gradient(frames, &mut own).unwrap_or_else(|| {
-            gradient_of_frames(frames, &|frames| self.0.energy(frames), &mut own);
-            self.0.energy(frames)
+    fn add_gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> f64 {
+        let mut own = vec![Vector::zeros(); shape.frames.len()];
+        let energy = self.0.gradient(shape, &mut own).unwrap_or_else(|| {
+            gradient_of_frames(shape, &|shape| self.0.energy(shape), &mut own);
+            self.0.energy(shape)
         });
         gradient.iter_mut().zip(own).for_each(|(to, own)| *to += own);
         energy
     }
 
-    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
-        if self.0.gradient(frames, &mut vec![Vector::zeros(); frames.len()]).is_none() {
-            add_hessian_of_energy_of_frames(frames, &|frames| self.0.energy(frames), hessian);
+    fn add_hessian(&self, shape: &JointShape<'_>, hessian: &mut [Matrix]) {
+        if self.0.gradient(shape, &mut vec![Vector::zeros(); shape.frames.len()]).is_none() {
+            add_hessian_of_energy_of_frames(shape, &|shape| self.0.energy(shape), hessian);
             return;
         }
-        let slopes = |frames: &[Rotation], to: &mut [Vector]| {
-            self.0.gradient(frames, to);
+        let slopes = |shape: &JointShape<'_>, to: &mut [Vector]| {
+            self.0.gradient(shape, to);
         };
-        add_hessian_of_frames(frames, &slopes, hessian);
+        add_hessian_of_frames(shape, &slopes, hessian);
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.0.memory()
+    }
+
+    fn commit(&self, shape: &JointShape<'_>, memory: &mut [f64], dissipated: &mut [f64]) {
+        self.0.commit(shape, memory, dissipated);
     }
 
     fn fault(&self) -> Option<String> {
@@ -181,24 +195,24 @@ impl<'s, 'a> Displaced<'s, 'a> {
     }
 }
 
-/// Frames, turned.
+/// The frames of a joint, turned.
 struct Turned<'f> {
-    from: &'f [Rotation],
+    from: &'f JointShape<'f>,
     frames: Vec<Rotation>,
 }
 
 impl<'f> Turned<'f> {
-    fn new(from: &'f [Rotation]) -> Self {
-        Self { from, frames: from.to_vec() }
+    fn new(from: &'f JointShape<'f>) -> Self {
+        Self { from, frames: from.frames.to_vec() }
     }
 
     /// Calls with these entries of the frames' rotation vectors displaced.
-    fn call<R>(&mut self, entries: &[(usize, usize, f64)], call: impl FnOnce(&[Rotation]) -> R) -> R {
+    fn call<R>(&mut self, entries: &[(usize, usize, f64)], call: impl FnOnce(&JointShape<'_>) -> R) -> R {
         for &(frame, ..) in entries {
-            self.frames[frame] = self.from[frame] * Rotation::from_scaled_axis(displacement(entries, frame));
+            self.frames[frame] = self.from.frames[frame] * Rotation::from_scaled_axis(displacement(entries, frame));
         }
-        let result = call(&self.frames);
-        self.frames.copy_from_slice(self.from);
+        let result = call(&JointShape { frames: &self.frames, ..*self.from });
+        self.frames.copy_from_slice(self.from.frames);
         result
     }
 }
@@ -304,22 +318,22 @@ pub fn hessian(at: &ConstraintView<'_>, gradient: &Gradient<'_>, stations: &mut 
     }
 }
 
-/// Gradient ∂E/∂θ of an energy of frames.
-pub fn gradient_of_frames(frames: &[Rotation], energy: &dyn Fn(&[Rotation]) -> f64, gradient: &mut [Vector]) {
-    let mut turned = Turned::new(frames);
+/// Gradient ∂E/∂θ of an energy of the frames of a joint.
+pub fn gradient_of_frames(shape: &JointShape<'_>, energy: &dyn Fn(&JointShape<'_>) -> f64, gradient: &mut [Vector]) {
+    let mut turned = Turned::new(shape);
     for (frame, to) in gradient.iter_mut().enumerate() {
         *to = slope(frame, |entries| turned.call(entries, energy));
     }
 }
 
-/// Adds the second derivatives of an energy of frames to the blocks b ≤ a of a k × k table.
+/// Adds the second derivatives of an energy of the frames of a joint to the blocks b ≤ a of a k × k table.
 pub fn add_hessian_of_energy_of_frames(
-    frames: &[Rotation],
-    energy: &dyn Fn(&[Rotation]) -> f64,
+    shape: &JointShape<'_>,
+    energy: &dyn Fn(&JointShape<'_>) -> f64,
     hessian: &mut [Matrix],
 ) {
-    let (k, rest) = (frames.len(), energy(frames));
-    let mut turned = Turned::new(frames);
+    let (k, rest) = (shape.frames.len(), energy(shape));
+    let mut turned = Turned::new(shape);
     for a in 0..k {
         for b in 0..=a {
             hessian[a * k + b] += block(a, b, rest, |entries| turned.call(entries, energy));
@@ -327,19 +341,20 @@ pub fn add_hessian_of_energy_of_frames(
     }
 }
 
-/// Adds the symmetric part of the derivative of a gradient of frames to the blocks b ≤ a of a k × k table.
+/// Adds the symmetric part of the derivative of a gradient in the frames of a joint to the blocks b ≤ a of a k × k
+/// table.
 pub fn add_hessian_of_frames(
-    frames: &[Rotation],
-    gradient: &dyn Fn(&[Rotation], &mut [Vector]),
+    shape: &JointShape<'_>,
+    gradient: &dyn Fn(&JointShape<'_>, &mut [Vector]),
     hessian: &mut [Matrix],
 ) {
-    let k = frames.len();
-    let (mut turned, mut slopes) = (Turned::new(frames), vec![Vector::zeros(); k]);
+    let k = shape.frames.len();
+    let (mut turned, mut slopes) = (Turned::new(shape), vec![Vector::zeros(); k]);
     for column in 0..k {
         for axis in 0..3 {
             for (place, weight) in STENCIL {
                 slopes.fill(Vector::zeros());
-                turned.call(&[(column, axis, place * STEP)], |frames| gradient(frames, &mut slopes));
+                turned.call(&[(column, axis, place * STEP)], |shape| gradient(shape, &mut slopes));
                 let half = 0.5 * weight / (12.0 * STEP);
                 for (row, slope) in slopes.iter().enumerate() {
                     for entry in 0..3 {
@@ -431,14 +446,15 @@ mod tests {
             Mounting::Point
         }
 
-        fn energy(&self, frames: &[Rotation]) -> f64 {
+        fn energy(&self, JointShape { frames, .. }: &JointShape<'_>) -> f64 {
             BENDING * (1.0 - (frames[0] * Vector::z()).dot(&(frames[1] * Vector::z())))
         }
 
-        fn gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> Option<f64> {
+        fn gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> Option<f64> {
+            let frames = shape.frames;
             let moments = [turning(&frames[0], &frames[1]), turning(&frames[1], &frames[0])];
             gradient.iter_mut().zip(moments).for_each(|(to, moment)| *to = BENDING * moment);
-            self.0.then(|| JointEnergy::energy(self, frames))
+            self.0.then(|| JointEnergy::energy(self, shape))
         }
     }
 
@@ -486,8 +502,9 @@ mod tests {
         let derivatives = |pair: Pair| {
             let (mut slopes, mut table) = ([Vector::repeat(1.0); 2], [Matrix::repeat(2.0); 4]);
             let joint = Numeric(pair);
-            joint.add_gradient(&frames(), &mut slopes);
-            joint.add_hessian(&frames(), &mut table);
+            let shape = JointShape { frames: &frames(), memory: &[] };
+            joint.add_gradient(&shape, &mut slopes);
+            joint.add_hessian(&shape, &mut table);
             (slopes, table)
         };
         let (exact, numeric) = (derivatives(Pair(true)), derivatives(Pair(false)));

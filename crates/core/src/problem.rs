@@ -128,7 +128,7 @@ impl Problem<'_> {
         let system = System { network: self.network, conditions: &self.conditions };
         let mut energy = Energy::default();
         self.rods.energy(system, state, &mut energy);
-        energy.joint = self.joints.energy(self.network, state);
+        energy.joint = self.joints.energy(system, state);
         energy.load = self.loads.energy(system, state);
         energy.gravity = self.loads.energy_with_weight(state) - energy.load;
         gravity::moving_weights(system, state, |point, force| energy.gravity -= force.dot(&state.points[point]));
@@ -179,7 +179,7 @@ impl Problem<'_> {
             energy += self.sliding.gradient(system, &self.rods, state, gradient);
         }
         self.loads.add_without_potential(state, gradient);
-        self.joints.gradient(network, state, gradient, &mut energy);
+        self.joints.gradient(system, state, gradient, &mut energy);
         if !self.contact.is_idle() {
             let contact = self.contact.gradient(system, state, gradient);
             energy += contact + self.friction.gradient(&self.contact, system, state, gradient);
@@ -199,7 +199,7 @@ impl Problem<'_> {
     pub fn hessian(&mut self, state: &State, forces: Option<&[Vec<Vector>]>, hessian: &mut Hessian) {
         let system = System { network: self.network, conditions: &self.conditions };
         self.rods.hessian(system, state, forces, &mut hessian.branches);
-        self.joints.hessian(self.network, state, &mut hessian.joints);
+        self.joints.hessian(system, state, &mut hessian.joints);
         for ((tie, force), h) in self.network.ties.iter().zip(&self.tie_forces).zip(&mut hessian.ties) {
             if let Some(hub) = tie.hub_frame {
                 *h = lever_hessian(&state.frames[hub], force, &tie.offset);
@@ -442,26 +442,35 @@ impl Problem<'_> {
         self.rods.shape(self.system(), state, branch)
     }
 
-    /// Updates the memories of all rods at the equilibrium that ends an increment, before its result is made: so the
-    /// result follows from the memory that is kept, as it does in a resumed run.
-    pub fn commit_rods(&mut self, state: &State) {
+    /// Updates the memories of rods and joints at the equilibrium that ends an increment, before its result is made: so
+    /// the result follows from the memory that is kept, as it does in a resumed run.
+    pub fn commit_rods_and_joints(&mut self, state: &State) {
         for (b, memory, dissipated) in self.rods.memories(self.system(), state) {
             let total = self.conditions.rods[b].dissipated[1] + dissipated;
             self.conditions.rods[b] = RodState { memory, dissipated: [dissipated, total] };
         }
+        let system = System { network: self.network, conditions: &self.conditions };
+        for (j, own) in self.joints.memories(system, state) {
+            self.conditions.joints[j] = own;
+        }
         self.conditions.committed_time = self.conditions.time;
     }
 
-    /// What rods have dissipated in an increment that began with these states, where their memories were updated within
-    /// it, too.
-    pub fn sum_dissipated(&mut self, began: &[RodState]) {
-        for (own, began) in self.conditions.rods.iter_mut().zip(began) {
-            let [last, total] = own.dissipated;
-            let before = began.dissipated[1];
+    /// What rods and joints have dissipated in an increment that began with these conditions, where their memories were
+    /// updated within it, too.
+    pub fn sum_dissipated(&mut self, began: &Conditions) {
+        let sum = |own: &mut [f64; 2], began: &[f64; 2]| {
+            let ([last, total], before) = (*own, began[1]);
             // Nothing but `last` may have been added.
             if before + last != total {
-                own.dissipated = [total - before, before + (total - before)];
+                *own = [total - before, before + (total - before)];
             }
+        };
+        for (own, began) in self.conditions.rods.iter_mut().zip(&began.rods) {
+            sum(&mut own.dissipated, &began.dissipated);
+        }
+        for (own, began) in self.conditions.joints.iter_mut().zip(&began.joints) {
+            own.dissipated.iter_mut().zip(&began.dissipated).for_each(|(own, began)| sum(own, began));
         }
     }
 
@@ -474,20 +483,21 @@ impl Problem<'_> {
         }
     }
 
-    /// First part (family, index) at fault, and the message: the part reports it, or it is a constraint whose memory is
-    /// not finite.
+    /// First part (family, index) at fault, and the message: the part reports it, or its memory is not finite.
     pub fn part_at_fault(&self) -> Option<(PartFamily, usize, String)> {
+        let not_finite = |memory: &[f64]| {
+            let lost = memory.iter().any(|x| !x.is_finite());
+            lost.then(|| "what it remembers is not a finite number".to_owned())
+        };
         for (j, joint) in self.network.joints.iter().enumerate() {
-            if let Some(message) = joint.model.fault() {
+            if let Some(message) = joint.model.fault().or_else(|| not_finite(&self.conditions.joints[j].memory)) {
                 return Some((PartFamily::Joint, j, message));
             }
         }
         for (c, constraint) in self.system().acting() {
-            if let Some(message) = constraint.model.fault() {
+            let own = &self.conditions.constraints[c];
+            if let Some(message) = constraint.model.fault().or_else(|| not_finite(&own.memory)) {
                 return Some((PartFamily::Constraint, c, message));
-            }
-            if self.conditions.constraints[c].memory.iter().any(|x| !x.is_finite()) {
-                return Some((PartFamily::Constraint, c, "what it remembers is not a finite number".to_owned()));
             }
         }
         None
@@ -506,8 +516,8 @@ impl Problem<'_> {
 
     /// First part (family, index) whose first derivatives at `state` contradict its values, and the message.
     pub fn contradiction(&mut self, state: &State) -> Option<(PartFamily, usize, String)> {
-        let (network, system) = (self.network, System { network: self.network, conditions: &self.conditions });
-        let joint = self.joints.contradiction(network, state).map(|(j, found)| (PartFamily::Joint, j, found));
+        let system = System { network: self.network, conditions: &self.conditions };
+        let joint = self.joints.contradiction(system, state).map(|(j, found)| (PartFamily::Joint, j, found));
         let found = joint.or_else(|| {
             let (c, found) = self.constraints.contradiction(system, state)?;
             Some((PartFamily::Constraint, c, found))
@@ -627,7 +637,7 @@ impl Problem<'_> {
     }
 
     /// Updates the friction anchors, and removes added contact points that are no longer needed.
-    fn commit_contacts(&mut self, state: &State) {
+    pub fn commit_contacts(&mut self, state: &State) {
         if self.contact.is_idle() {
             return;
         }
@@ -695,6 +705,13 @@ impl Problem<'_> {
             self.conditions.contact.poses[obstacle] = pose;
             self.contact.search_again();
         }
+    }
+
+    /// Discards what the search for contacts knows of earlier states: where large multipliers act across gaps, it
+    /// depends on the way to the present state.
+    pub fn search_contacts_again(&mut self) {
+        self.contact.search_again();
+        self.contact.search_pairs_again();
     }
 
     /// See [`ContactTerm::pattern`].

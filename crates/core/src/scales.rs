@@ -65,7 +65,8 @@ pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
     for joint in network.joints.iter().filter(|joint| joint.frame.is_some()) {
         for pair in joint.model.law().into_iter().flat_map(|law| law.pairs) {
             for &branch in [pair.a, pair.b].iter().filter_map(|&arm| joint.branches.get(arm)) {
-                scales[branch].round_off[1] += ROUNDINGS * f64::EPSILON * pair.stiffness.max() / pair.length;
+                let stiffness = (pair.stiffness + pair.friction.diagonal()).max();
+                scales[branch].round_off[1] += ROUNDINGS * f64::EPSILON * stiffness / pair.length;
             }
         }
     }

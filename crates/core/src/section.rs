@@ -153,10 +153,11 @@ pub struct CreepElement {
     pub time: f64,
 }
 
-/// Friction within a section: wires and coverings that slip on each other (Prandtl–Ishlinskii model).
+/// Friction within a section, of wires and coverings that slip on each other, or between an arm and its hub
+/// (Prandtl–Ishlinskii model).
 ///
 /// Each element is a spring in series with a slider, and all of them act in parallel with the elastic stiffness of the
-/// section. While nothing slips the section has the stiffness `C + Σ k`, once all slip it has C.
+/// section or the spring. While nothing slips it has the stiffness `C + Σ k`, once all slip it has C.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SectionFriction {
     /// Elements in bending. Each acts on the pair (κ1, κ2), alike in all directions, also where EI1 and EI2 differ: it
@@ -171,19 +172,26 @@ impl SectionFriction {
     pub fn is_empty(&self) -> bool {
         self.bending.is_empty() && self.torsion.is_empty()
     }
+
+    /// Diagonal of the stiffness that it adds while nothing slips.
+    pub fn diagonal(&self) -> crate::Vector {
+        let [bending, torsion] =
+            [&self.bending, &self.torsion].map(|elements| elements.iter().map(|own| own.stiffness).sum::<f64>());
+        crate::Vector::new(bending, bending, torsion)
+    }
 }
 
 /// Element of friction: a spring in series with a slider.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrictionElement {
-    /// k, N m²: stiffness of the spring.
+    /// k, N m² (between an arm and its hub N m/rad): stiffness of the spring.
     pub stiffness: f64,
     /// M, N m: moment at which the slider slips.
     pub moment: f64,
 }
 
 impl FrictionElement {
-    /// Curvature at which it begins to slip, 1/m.
+    /// Curvature (1/m) or turn (rad) at which it begins to slip.
     pub fn limit(&self) -> f64 {
         self.moment / self.stiffness
     }
@@ -279,12 +287,8 @@ impl Section {
     /// Diagonal of the bend-twist stiffness while nothing slips or relaxes, N m²: the greatest that the section has.
     pub fn sticking_diagonal(&self) -> crate::Vector {
         let Self { friction, laws: SectionLaws { creep, bending: curve, .. }, .. } = self;
-        let sum = |slips: &[FrictionElement], relaxes: &[CreepElement]| {
-            let slips: f64 = slips.iter().map(|element| element.stiffness).sum();
-            slips + relaxes.iter().map(|element| element.stiffness).sum::<f64>()
-        };
-        let bending = sum(&friction.bending, &creep.bending);
-        let torsion = sum(&friction.torsion, &creep.torsion);
+        let sum = |elements: &Vec<CreepElement>| elements.iter().map(|element| element.stiffness).sum::<f64>();
+        let [bending, torsion] = [&creep.bending, &creep.torsion].map(sum);
         let elastic = match curve {
             Some(curve) => {
                 let greatest = curve.greatest_slope();
@@ -292,7 +296,7 @@ impl Section {
             }
             None => self.bend_diagonal(),
         };
-        elastic + crate::Vector::new(bending, bending, torsion)
+        elastic + (friction.diagonal() + crate::Vector::new(bending, bending, torsion))
     }
 
     /// The greatest axial stiffness that it has, N.

@@ -66,6 +66,17 @@ impl Course {
         let spin = Rotation::from_axis_angle(&Vector::z_axis(), std::f64::consts::TAU * self.spin * t);
         Pose { position, orientation: turned * spin }
     }
+
+    /// Upper bound of the turns from fraction `a` of the motion to fraction `b`: about its axis, plus those between
+    /// orientations.
+    pub fn turned(&self, a: f64, b: f64) -> f64 {
+        let between = self.orientations.windows(2).map(|pair| {
+            let [(from, p), (to, q)] = [pair[0], pair[1]];
+            let fraction = (b.min(to) - a.max(from)).max(0.0) / (to - from);
+            if fraction > 0.0 { fraction * p.angle_to(&q) / std::f64::consts::TAU } else { 0.0 }
+        });
+        self.spin.abs() * (b - a) + between.sum::<f64>()
+    }
 }
 
 /// Interpolated value at fraction `t` in a list of fractions and values that begins with fraction 0.
@@ -175,13 +186,7 @@ impl Journey {
     /// orientations.
     pub fn turned(&self, a: f64, b: f64) -> f64 {
         let own = |t: f64| ((t - self.carried.delay) / self.carried.fraction).clamp(0.0, 1.0);
-        let (a, b) = (own(a), own(b));
-        let between = self.body.orientations.windows(2).map(|pair| {
-            let [(from, p), (to, q)] = [pair[0], pair[1]];
-            let fraction = (b.min(to) - a.max(from)).max(0.0) / (to - from);
-            if fraction > 0.0 { fraction * p.angle_to(&q) / std::f64::consts::TAU } else { 0.0 }
-        });
-        self.body.spin.abs() * (b - a) + between.sum::<f64>()
+        self.body.turned(own(a), own(b))
     }
 }
 

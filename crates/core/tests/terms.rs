@@ -414,7 +414,7 @@ fn rods() {
     check("rods with added rest curvature", &network, &state, &mut rods);
 }
 
-struct Joints<'n>(&'n Network, JointTerm);
+struct Joints<'n>(System<'n>, JointTerm);
 
 impl Term for Joints<'_> {
     const ALL: bool = true;
@@ -427,12 +427,12 @@ impl Term for Joints<'_> {
         energy
     }
     fn hessian(&mut self, state: &State, variables: &[Variable]) -> DMatrix<f64> {
-        let Self(network, term) = self;
-        let mut tables: Vec<_> =
-            network.joints.iter().map(|j| vec![Matrix::zeros(); j.coupled_frames.len().pow(2)]).collect();
-        term.hessian(network, state, &mut tables);
+        let Self(system, term) = self;
+        let joints = &system.network.joints;
+        let mut tables: Vec<_> = joints.iter().map(|j| vec![Matrix::zeros(); j.coupled_frames.len().pow(2)]).collect();
+        term.hessian(*system, state, &mut tables);
         let mut blocks = Vec::new();
-        for (joint, table) in network.joints.iter().zip(&tables) {
+        for (joint, table) in joints.iter().zip(&tables) {
             for (a, &row) in joint.coupled_frames.iter().enumerate() {
                 for (b, &column) in joint.coupled_frames[..=a].iter().enumerate() {
                     let h = table[a * joint.coupled_frames.len() + b];
@@ -448,7 +448,9 @@ impl Term for Joints<'_> {
 fn joints() {
     for model in ["cosserat", "compliant-hub"] {
         let network = network(model);
-        check(model, &network, &shaken(&network), &mut Joints(&network, JointTerm::new(&network)));
+        let conditions = conditions(&network);
+        let system = System { network: &network, conditions: &conditions };
+        check(model, &network, &shaken(&network), &mut Joints(system, JointTerm::new(&network)));
     }
 }
 
@@ -462,7 +464,9 @@ fn joints_that_rods_run_through() {
     let mut state = sample.state.clone();
     state.frames.iter_mut().for_each(|q| *q *= random_turn(&mut rng, 0.1));
     network.follow_ties(&mut state);
-    check("joints", network, &state, &mut Joints(network, JointTerm::new(network)));
+    let conditions = Conditions::new(network, Vector::zeros(), &state);
+    let system = System { network, conditions: &conditions };
+    check("joints", network, &state, &mut Joints(system, JointTerm::new(network)));
 }
 
 struct Constraints<'a>(System<'a>, ConstraintTerm);
@@ -815,7 +819,7 @@ fn the_problem_is_the_sum_of_its_terms() {
         let energy = problem.energy(&state);
         let parts = [
             ("rods", elastic.total(), energy.stretch + energy.shear + energy.bend + energy.twist),
-            ("joints", joints.energy(&network, &state), energy.joint),
+            ("joints", joints.energy(system, &state), energy.joint),
             ("loads", loads.energy(system, &state), energy.load),
             ("gravity", gravity, energy.gravity),
             (
@@ -855,7 +859,7 @@ fn the_problem_is_the_sum_of_its_terms() {
         total += add(&mut |own| sliding.gradient(system, &rods, &state, own));
         total += add(&mut |own| {
             let mut energy = 0.0;
-            joints.gradient(&network, &state, own, &mut energy);
+            joints.gradient(system, &state, own, &mut energy);
             energy
         });
         total += add(&mut |own| contact.gradient(system, &state, own));

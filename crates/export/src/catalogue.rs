@@ -11,6 +11,7 @@
 //! | `vtk` | `vtk/obstacles.vtp` | obstacles that stand still |
 //! | `vtk` | `vtk/obstacles-NNNN.vtp` | obstacles that move, at every increment |
 //! | `csv` | `csv/STEP/BRANCH.csv` | the branches at the end of every step |
+//! | `csv` | `csv/STEP-joints.csv` | the arms that slip on their hub, at the end of every step |
 //! | `csv` | `requirements.csv` | the sheet of requirements |
 //! | `csv` | `parts.csv`, `connections.csv` | part numbers and connections, where the scenario has any |
 //! | `gltf` | `harness.glb` | harness and obstacles at the end of every step |

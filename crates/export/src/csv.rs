@@ -1,5 +1,5 @@
-//! Tables for spreadsheets and plotting: a branch, with a row for each node; the sheet, with a row for each
-//! requirement; the parts list.
+//! Tables for spreadsheets and plotting: a branch, with a row for each node; the arms that slip on their hub, with a
+//! row for each; the sheet, with a row for each requirement; the parts list.
 
 mod parts;
 
@@ -10,7 +10,7 @@ use crate::local::{Local, node_count};
 use crate::names::file_name;
 use crate::sheet::sorted;
 use std::io::{self, Write};
-use wireloom_core::equilibrium::{BranchResult, RequirementResult};
+use wireloom_core::equilibrium::{BranchResult, JointResult, RequirementResult};
 
 /// The columns. Tension is `n·d3`, torque `m·d3`; shear force and bending moment are the lengths of the parts of `n`
 /// and `m` normal to the tangent.
@@ -88,6 +88,25 @@ fn row(branch: &BranchResult, i: usize) -> [f64; HEADER.len()] {
     ]
 }
 
+/// The columns of the arms that slip on their hub: the set about each director of the branch, the energy dissipated in
+/// the increment and since the start.
+pub const ARMS_HEADER: [&str; 7] =
+    ["joint", "branch", "set d1 [rad]", "set d2 [rad]", "set d3 [rad]", "dissipated [J]", "dissipated in all [J]"];
+
+/// Writes [`ARMS_HEADER`] and one row for each arm that slips on its hub.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_arms(joints: &[JointResult], out: &mut impl Write) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record(ARMS_HEADER)?;
+    for (joint, arm) in joints.iter().flat_map(|joint| joint.friction.iter().map(move |arm| (joint, arm))) {
+        let numbers = [arm.set.x, arm.set.y, arm.set.z, arm.dissipated, arm.dissipated_in_all];
+        table.serialize((&joint.name, &arm.branch, numbers))?;
+    }
+    table.flush()
+}
+
 /// The columns of the sheet. Values are in the SI unit of their row; the margin is relative to the limit.
 pub const SHEET_HEADER: [&str; 20] = [
     "verdict",
@@ -159,7 +178,7 @@ const SHEET: &str = "requirements.csv";
 const PARTS: &str = "parts.csv";
 const CONNECTIONS: &str = "connections.csv";
 
-/// The formats `csv/STEP/BRANCH.csv`, `requirements.csv`, `parts.csv` and `connections.csv`.
+/// The formats `csv/STEP/BRANCH.csv`, `csv/STEP-joints.csv`, `requirements.csv`, `parts.csv` and `connections.csv`.
 pub struct Csv;
 
 impl Format for Csv {
@@ -168,7 +187,7 @@ impl Format for Csv {
     }
 
     fn files(&self) -> &'static [&'static str] {
-        &["csv/STEP/BRANCH.csv", SHEET, PARTS, CONNECTIONS]
+        &["csv/STEP/BRANCH.csv", "csv/STEP-joints.csv", SHEET, PARTS, CONNECTIONS]
     }
 
     fn media_type(&self) -> &'static str {
@@ -188,6 +207,9 @@ impl Format for Csv {
         for end in ended.ends() {
             let step = file_name(&format!("{}-{}", taken.len() + 1, end.name), &mut taken);
             files.extend(tables(&format!("csv/{step}"), &end.branches));
+            if end.joints.iter().any(|joint| !joint.friction.is_empty()) {
+                files.push(File::new(format!("csv/{step}-joints.csv"), |mut out| write_arms(&end.joints, &mut out)));
+            }
         }
         files
     }

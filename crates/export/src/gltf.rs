@@ -49,9 +49,9 @@ const OBSTACLE: usize = 2;
 const SWEPT: usize = 3;
 
 /// Writes the harness at the end of each step of a run, a scene each, of which the last is the one shown: branches as
-/// tubes of their diameter, constraints as boxes (longer for connectors), obstacles at their poses; nodes have their
-/// names, and what a parts list says of them in their `extras`. Parts without finite coordinates, which a failed run may
-/// leave, are omitted. The `extras` of the file have `status`, `verdict` and `requirements` as they are in
+/// tubes of their diameter, constraints as boxes (longer for connectors), obstacles at their poses. Nodes have their
+/// names, and what a parts list says of them in their `extras`. Parts without finite coordinates, which a failed run
+/// may leave, are omitted. The `extras` of the file have `status`, `verdict` and `requirements` as they are in
 /// `result.json`.
 ///
 /// # Errors

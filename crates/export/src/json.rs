@@ -12,12 +12,15 @@
 //! EA. If its section slips, yields or creeps it has `friction`: at each node the `set`
 //! (curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain without the moment there,
 //! 1/m), and the energy `dissipated` in the increment and, as `dissipated_in_all`, since the start (J). The
-//! `energy` of a step is what is stored.
+//! `energy` of a step is what is stored. Where arms slip on their hub, a joint has `friction`, by the branches of these
+//! arms: `starts_here`, whether the branch starts there, the `set` (turn of the arm from its rest direction that would
+//! remain if nothing exerted a moment on it, about d1, d2 and d3 of the branch, rad), and the energies.
 //!
 //! `deviation` of a branch with a drawn line: `median`, `max` (m), `s` of the largest and, where that exceeds the
 //! diameter, its `cause`: `kind` "held elsewhere" (`constraint`), "few constraints" (`between`, `free_length`, `room`,
 //! m) or "free end" (`from`, `free_length`). `drawn_start` compares the end of the run with the equilibrium from the
-//! drawn lines. `identities` has `parts`, `components` and `connections`.
+//! drawn lines. `identities` has `parts`, `components` and `connections`, and `kbl` where the scenario was imported:
+//! `file`, its `sha256`, and `elements`, of which each has `of` and `name`, and the `id` in that file.
 //!
 //! `provenance` names program, files (with their SHA-256), values set beside them, kinds of rods, joints, constraints
 //! and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same

@@ -28,7 +28,7 @@
 pub mod catalogue;
 pub mod comparison;
 pub mod csv;
-mod curve;
+pub mod curve;
 pub mod ending;
 pub mod fields;
 pub mod format;

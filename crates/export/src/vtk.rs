@@ -7,7 +7,7 @@ use crate::sheet;
 use crate::xml::escape;
 use std::io::{self, BufWriter, Write};
 use wireloom_core::Vector;
-use wireloom_core::equilibrium::{BranchResult, Run, StepResult};
+use wireloom_core::equilibrium::{ArmFriction, BranchResult, Run, StepResult};
 use wireloom_core::obstacle::Surface;
 use wireloom_core::requirement::Violation;
 
@@ -15,15 +15,16 @@ use wireloom_core::requirement::Violation;
 ///
 /// The field data has the `status` of the increment and the `violations` of requirements at its end, a sentence each;
 /// the verdict on the whole run is in `result.json`. The array `set d1 d2 d3 [1/m]` is there where a section slips or
-/// yields. Branches with fewer than two nodes are omitted; the cell array
-/// `branch` holds the index of the branch in the scenario. Point arrays carry their units in their names; `bend
-/// limit/radius` is NaN where a branch has no limit.
+/// yields, `set at joint d1 d2 d3 [rad]` where an arm slips on its hub: at the node at the joint. Branches with fewer
+/// than two nodes are omitted; the cell array `branch` holds the index of the branch in the scenario. Point arrays
+/// carry their units in their names; `bend limit/radius` is NaN where a branch has no limit.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
 pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
     let mut data = Data { field: field(step), ..Data::default() };
     let friction = step.branches.iter().any(|branch| branch.friction.is_some());
+    let arms: Vec<&ArmFriction> = step.joints.iter().flat_map(|joint| &joint.friction).collect();
     for (index, branch) in step.branches.iter().enumerate() {
         let n = node_count(branch)?;
         if n >= 2 {
@@ -31,6 +32,13 @@ pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
             if friction {
                 let set = |i| branch.friction.as_ref().map_or_else(Vector::zeros, |friction| friction.set[i]);
                 data.set.extend((0..n).flat_map(|i| <[f64; 3]>::from(set(i))));
+            }
+            if !arms.is_empty() {
+                let at = |i: usize, arm: &&&ArmFriction| {
+                    arm.branch == branch.name && i == if arm.starts_here { 0 } else { n - 1 }
+                };
+                let set = |i| arms.iter().find(|arm| at(i, arm)).map_or_else(Vector::zeros, |arm| arm.set);
+                data.set_at_joint.extend((0..n).flat_map(|i| <[f64; 3]>::from(set(i))));
             }
         }
     }
@@ -132,6 +140,8 @@ struct Data {
     vectors: [Vec<f64>; VECTORS.len()],
     /// Set, 1/m; empty where no branch has friction.
     set: Vec<f64>,
+    /// Set of arms, rad; empty where no arm slips.
+    set_at_joint: Vec<f64>,
     connectivity: Vec<i64>,
     offsets: Vec<i64>,
     branch: Vec<i64>,
@@ -173,6 +183,9 @@ const SCALARS: [&str; 8] = [
 
 /// Set about d1, d2 and d3, of branches with friction within their section; 0 of the others.
 const SET: &str = "set d1 d2 d3 [1/m]";
+
+/// Set of an arm that slips on its hub about d1, d2 and d3, at the end of its branch; 0 of the others.
+const SET_AT_JOINT: &str = "set at joint d1 d2 d3 [rad]";
 
 const VECTORS: [&str; 4] = ["force [N]", "moment [N m]", "d1", "d3"];
 
@@ -223,8 +236,10 @@ impl Data {
         for (name, array) in VECTORS.iter().zip(&self.vectors) {
             out.write_all(appended.floats(name, 3, array).as_bytes())?;
         }
-        if !self.set.is_empty() {
-            out.write_all(appended.floats(SET, 3, &self.set).as_bytes())?;
+        for (name, array) in [(SET, &self.set), (SET_AT_JOINT, &self.set_at_joint)] {
+            if !array.is_empty() {
+                out.write_all(appended.floats(name, 3, array).as_bytes())?;
+            }
         }
         writeln!(out, "</PointData>\n<CellData>")?;
         out.write_all(appended.integers("branch", &self.branch).as_bytes())?;

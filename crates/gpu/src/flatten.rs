@@ -60,8 +60,12 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
         }
     }
     for joint in &network.joints {
-        if joint.model.law().is_none() {
-            return refused(format!("joint `{}` ({})", joint.name, joint.kind));
+        match joint.model.law() {
+            None => return refused(format!("joint `{}` ({})", joint.name, joint.kind)),
+            Some(law) if law.pairs.iter().any(|pair| !pair.friction.is_empty()) => {
+                return refused(format!("what slips at the arms of joint `{}`", joint.name));
+            }
+            Some(_) => {}
         }
         // A station of the shaders has one frame, which carries its offset, too.
         if joint.model.mounting() == Mounting::CompliantHub

@@ -6,8 +6,9 @@ mod common;
 
 use common::registry;
 use fastrand::Rng;
+use wireloom_core::joint::JointSpec;
 use wireloom_core::minimiser::Report;
-use wireloom_core::registry::{Parameters, RodKind};
+use wireloom_core::registry::{JointKind, Parameters, RodKind};
 use wireloom_core::rod::RodSpec;
 use wireloom_core::rotation::turned;
 use wireloom_core::section::FrictionElement;
@@ -35,6 +36,25 @@ fn what_slips_within_a_section_is_refused_by_name() {
     );
     let refusal = accepts(&cable(&registry, 8).network).expect_err("it has friction");
     assert!(refusal.message.starts_with("what slips or yields in the section of branch `"), "{refusal:?}");
+}
+
+/// Nor has what slips between an arm and its hub.
+#[test]
+fn what_slips_at_an_arm_is_refused_by_the_name_of_its_joint() {
+    let plain = wireloom_models::joints::compliant_hub::kind();
+    let build = move |spec: &JointSpec, values: &Parameters| {
+        let mut spec = spec.clone();
+        spec.arms[1].spring.friction.torsion.push(FrictionElement { stiffness: 0.01, moment: 0.01 });
+        (plain.build)(&spec, values)
+    };
+    let name = "compliant-hub".into();
+    let kind = JointKind { name, doc: String::new(), parameters: vec![], build: Box::new(build) };
+    let mut registry = Registry::default();
+    assert!(registry.add_rod(wireloom_models::rods::cosserat::kind()).is_ok());
+    assert!(registry.add_joint(kind).is_ok());
+    assert!(registry.add_constraint(wireloom_models::constraints::connector()).is_ok());
+    let refusal = accepts(&y_harness(&registry, "compliant-hub", 6).network).expect_err("it has friction");
+    assert_eq!(refusal.message, "what slips at the arms of joint `joint 0` has no law on the GPU");
 }
 
 /// A station of the shaders has one frame: that of an arm cannot turn on a lever of its hub.

@@ -4,14 +4,14 @@ use crate::buffers::{Array, Buffers, Guarded};
 use crate::call::{CallSite, call_plugin};
 use crate::describe::{KindDescription, abi_value};
 use crate::instance::{PluginInstance, UNWRITTEN, note_numeric_derivatives};
-use crate::proxy::{DESCRIPTION_OVERRUN, HELP, c_string};
+use crate::proxy::{DESCRIPTION_OVERRUN, HELP, c_string, memory};
 use std::cell::RefCell;
 use std::ffi::CString;
 use std::iter::repeat_n;
 use std::ptr::null_mut;
 use std::sync::Arc;
 use wireloom_abi as abi;
-use wireloom_core::joint::{Arm, JointModel, JointSpec, Mounting};
+use wireloom_core::joint::{Arm, JointModel, JointShape, JointSpec, Mounting};
 use wireloom_core::registry::{BuildError, JointKind, Parameters};
 use wireloom_core::{Matrix, Parameter, Rotation, Vector, numeric};
 
@@ -76,7 +76,8 @@ impl Factory {
             return Err(refuse(DESCRIPTION_OVERRUN.into()));
         }
         let description = description.value;
-        let mut proxy = Proxy { instance, functions: self.functions, description };
+        let memory = memory(description.memory, description.memory_count).map_err(refuse)?;
+        let mut proxy = Proxy { instance, functions: self.functions, description, memory };
         if description.thread_safe != 0 {
             proxy.instance.allow_concurrent_calls();
         }
@@ -129,6 +130,7 @@ struct Proxy {
     instance: PluginInstance,
     functions: abi::JointKind,
     description: abi::JointDescription,
+    memory: Vec<f64>,
 }
 
 // SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
@@ -161,7 +163,8 @@ enum Output {
 
 impl Proxy {
     /// Evaluates; `take` receives the requested derivatives. Returns the energy, J. All values are finite, or all NaN.
-    fn evaluate(&self, frames: &[Rotation], asked: Output, take: impl FnOnce(&[f64])) -> f64 {
+    fn evaluate(&self, shape: &JointShape<'_>, asked: Output, take: impl FnOnce(&[f64])) -> f64 {
+        let JointShape { frames, memory } = *shape;
         let evaluate = self.functions.evaluate.expect("checked when the proxy was made");
         BUFFERS.with_borrow_mut(|buffers| {
             let n = 3 * frames.len();
@@ -174,6 +177,7 @@ impl Proxy {
             let turns = buffers.add("frames", frames.iter().flat_map(abi_quaternion));
             let energy = buffers.add(wanted[0], repeat_n(UNWRITTEN, usize::from(asked != Output::Hessian)));
             let numbers = buffers.add(wanted[1], repeat_n(UNWRITTEN, derivatives));
+            let remembered = buffers.add("memory", memory.iter().copied());
             let first = buffers.address();
             // SAFETY: all arrays are in one allocation, which stays as it is during the call.
             let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
@@ -184,6 +188,7 @@ impl Proxy {
                 energy: output(asked != Output::Hessian, energy),
                 gradient: output(asked == Output::Gradient, numbers),
                 hessian: output(asked == Output::Hessian, numbers),
+                memory: output(!memory.is_empty(), remembered),
             };
             let turns = address(turns);
             // SAFETY: all arguments are as the ABI demands.
@@ -203,8 +208,8 @@ impl Proxy {
     }
 
     /// Gradient of the energy, of a plugin that gives it.
-    fn gradient(&self, frames: &[Rotation], slopes: &mut [Vector]) {
-        self.evaluate(frames, Output::Gradient, |g| {
+    fn gradient(&self, shape: &JointShape<'_>, slopes: &mut [Vector]) {
+        self.evaluate(shape, Output::Gradient, |g| {
             slopes.iter_mut().zip(g.chunks_exact(3)).for_each(|(to, theta)| *to = Vector::from_row_slice(theta));
         });
     }
@@ -220,45 +225,70 @@ impl JointModel for Proxy {
         }
     }
 
-    fn energy(&self, frames: &[Rotation]) -> f64 {
-        if self.mounting() == Mounting::Pose { 0.0 } else { self.evaluate(frames, Output::Energy, |_| {}) }
+    fn energy(&self, shape: &JointShape<'_>) -> f64 {
+        if self.mounting() == Mounting::Pose { 0.0 } else { self.evaluate(shape, Output::Energy, |_| {}) }
     }
 
-    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
+    fn add_gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> f64 {
         if self.mounting() == Mounting::Pose {
             return 0.0;
         }
         if self.description.has_gradient == 0 {
-            let mut slopes = vec![Vector::zeros(); frames.len()];
-            numeric::gradient_of_frames(frames, &|frames| JointModel::energy(self, frames), &mut slopes);
+            let mut slopes = vec![Vector::zeros(); shape.frames.len()];
+            numeric::gradient_of_frames(shape, &|shape| JointModel::energy(self, shape), &mut slopes);
             gradient.iter_mut().zip(slopes).for_each(|(to, slope)| *to += slope);
-            return self.evaluate(frames, Output::Energy, |_| {});
+            return self.evaluate(shape, Output::Energy, |_| {});
         }
-        self.evaluate(frames, Output::Gradient, |g| {
+        self.evaluate(shape, Output::Gradient, |g| {
             for (to, theta) in gradient.iter_mut().zip(g.chunks_exact(3)) {
                 *to += Vector::from_row_slice(theta);
             }
         })
     }
 
-    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
-        let k = frames.len();
+    fn add_hessian(&self, shape: &JointShape<'_>, hessian: &mut [Matrix]) {
+        let k = shape.frames.len();
         if self.mounting() == Mounting::Pose {
             return;
         }
         if self.description.has_hessian == 0 {
             if self.description.has_gradient == 0 {
-                numeric::add_hessian_of_energy_of_frames(frames, &|frames| JointModel::energy(self, frames), hessian);
+                numeric::add_hessian_of_energy_of_frames(shape, &|shape| JointModel::energy(self, shape), hessian);
             } else {
-                numeric::add_hessian_of_frames(frames, &|frames, slopes| self.gradient(frames, slopes), hessian);
+                numeric::add_hessian_of_frames(shape, &|shape, slopes| self.gradient(shape, slopes), hessian);
             }
             return;
         }
-        self.evaluate(frames, Output::Hessian, |rows| {
+        self.evaluate(shape, Output::Hessian, |rows| {
             for a in 0..k {
                 for b in 0..=a {
                     hessian[a * k + b] += Matrix::from_fn(|i, j| rows[(3 * a + i) * 3 * k + 3 * b + j]);
                 }
+            }
+        });
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.memory.clone()
+    }
+
+    fn commit(&self, shape: &JointShape<'_>, memory: &mut [f64], _: &mut [f64]) {
+        let Some(commit) = self.functions.commit.filter(|_| !memory.is_empty()) else { return };
+        BUFFERS.with_borrow_mut(|buffers| {
+            buffers.clear();
+            let turns = buffers.add("frames", shape.frames.iter().flat_map(abi_quaternion));
+            let numbers = buffers.add("memory", memory.iter().copied());
+            let first = buffers.address();
+            // SAFETY: all arrays are in one allocation, which stays as it is during the call.
+            let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
+            let (turns, to) = (address(turns), address(numbers));
+            // SAFETY: all arguments are as the ABI demands; there are as many numbers as in the memory.
+            let call = |own, text| unsafe { commit(own, turns, to, text) };
+            let good = self.instance.call(c"commit", call)
+                && self.instance.kept_to_its_arrays(buffers, "commit")
+                && self.instance.finite("memory", buffers.get(numbers));
+            if good {
+                memory.copy_from_slice(buffers.get(numbers));
             }
         });
     }

@@ -20,7 +20,7 @@ use wireloom_core::constraint::{Attaches, ConstraintSpec, ConstraintView, Equati
 use wireloom_core::registry::{BuildError, ConstraintKind, Output, Parameters};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector, numeric};
 
-/// Upper limit for the numbers in a constraint's memory and for its residuals.
+/// Upper limit for the numbers in the memory of a part and for the residuals of a constraint.
 const MOST: u32 = 4096;
 /// What is wrong with a `create` that writes too much.
 pub const DESCRIPTION_OVERRUN: &str = "wrote beyond the end of the description in `create`";
@@ -309,10 +309,7 @@ impl Proxy {
         } else if functions.evaluate.is_none() {
             return Err("has no function `evaluate`".into());
         }
-        self.memory = numbers(said.memory, said.memory_count, "memory", 0.0)?;
-        if self.memory.iter().any(|x| !x.is_finite()) {
-            return Err(format!("starts with a memory that is not finite: {:?}", self.memory));
-        }
+        self.memory = memory(said.memory, said.memory_count)?;
         if said.shape == abi::SHAPE_EQUATIONS {
             let all = said.residual_count.saturating_add(said.node_residual_count);
             if all == 0 {
@@ -644,6 +641,15 @@ fn abi_pose(pose: &Pose) -> abi::Pose {
 fn pose(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Pose {
     let q = nalgebra::Quaternion::new(w, x, y, z);
     Pose { position: Vector::from(position), orientation: nalgebra::Unit::new_unchecked(q) }
+}
+
+/// Copies the initial memory of a part.
+pub fn memory(first: *const f64, count: u32) -> Result<Vec<f64>, String> {
+    let memory = numbers(first, count, "memory", 0.0)?;
+    if memory.iter().any(|x| !x.is_finite()) {
+        return Err(format!("starts with a memory that is not finite: {memory:?}"));
+    }
+    Ok(memory)
 }
 
 /// Copies `count` numbers of the plugin, or repeats `otherwise` if it gives none.

@@ -14,6 +14,7 @@
 //! | other occurrences: protections, plugs, seals, splices, … | `[[components]]`, which do not act |
 //! | `Connection`, its `Signal_name`, cavities, terminals, seals | `[[connections]]` |
 //! | `Mass_information` of housings and terminals | a dead load at the end |
+//! | XML ids of segments and of assignments of fixings | `kbl` of branches and clips, for [`export`] |
 //!
 //! **Length.** `Physical_length` where a file gives it (it is the length the harness is built to), else
 //! `Virtual_length` (that of the drawn curve), else the arc length of the curve itself. The files at hand have
@@ -41,7 +42,9 @@ mod convert;
 mod curve;
 mod document;
 mod error;
+pub mod export;
 mod findings;
+mod fit;
 mod harness;
 mod identities;
 mod names;
@@ -56,7 +59,7 @@ mod write;
 
 pub use error::ImportError;
 pub use findings::Finding;
-pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Variant, WireRun};
+pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Source, Variant, WireRun};
 pub use usage::Usage;
 
 use findings::Findings;

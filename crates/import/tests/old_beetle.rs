@@ -2,11 +2,15 @@
 //! tests show as ignored, with the reason. `WIRELOOM_SHARED` names another shared folder.
 
 mod common;
+#[path = "common/drawn.rs"]
+mod drawn;
 
+use drawn::{Drawn, Vector, rest, valid};
 use libtest_mimic::{Arguments, Failed, Trial};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use wireloom_import::kbl::export::{Computed, export};
 use wireloom_import::kbl::{Imported, Options, Selection, contents, import};
 
 fn main() -> ExitCode {
@@ -24,12 +28,13 @@ fn main() -> ExitCode {
         let path = folder.join(format!("{name}.kbl"));
         let absent = !path.is_file();
         let reason = if absent { format!(" (ignored: {} is not there)", path.display()) } else { String::new() };
-        let general = path.clone();
+        let (general, back) = (path.clone(), path.clone());
         [
             Trial::test(format!("{name}: what is in it{reason}"), move || check(&read(&path, 0.010)?)),
             Trial::test(format!("{name}: geometry and anatomy hold together{reason}"), move || {
                 sound(&read(&general, 0.002)?, &vectors(&general)?)
             }),
+            Trial::test(format!("{name}: what is not written keeps its bytes{reason}"), move || written(&back)),
         ]
         .map(|trial| trial.with_ignored_flag(absent))
     })
@@ -43,6 +48,47 @@ fn main() -> ExitCode {
     let more = [of_variants, of_numbers].map(|trial| trial.with_ignored_flag(absent));
     let trials = trials.into_iter().chain(more).collect();
     libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+/// Writes lines beside the drawn ones into the file: it is valid, the rest of it keeps its bytes, and what is imported
+/// from it has the same lengths, and lines within the tolerance. Written once more, nodes and lengths stay.
+fn written(path: &PathBuf) -> Result<(), Failed> {
+    const TOLERANCE: f64 = 1e-4;
+    let text = std::fs::read_to_string(path)?;
+    // A smooth motion, the same for all branches that end at a node.
+    let moved = |x: Vector| x + Vector::new((3.0 * x.y).sin(), (2.0 * x.z).cos(), (2.0 * x.x).sin()) * 0.02;
+    let drawn: Vec<Drawn> = lines(&read(path, 0.002)?.scenario, moved)?;
+    let computed = Computed { branches: drawn.iter().map(Drawn::branch).collect(), fixings: vec![] };
+    let found = export(&text, &computed, TOLERANCE)?;
+    valid(&found.text, &text);
+    assert_eq!(rest(&found.text), rest(&text));
+    let again = lines(&import(&found.text, &Options { max_segment: 0.002, ..Options::default() })?.scenario, |x| x)?;
+    assert_eq!(again.len(), drawn.len());
+    for (own, other) in drawn.iter().zip(&again) {
+        assert_eq!((&own.segment, own.s.last()), (&other.segment, other.s.last()), "{}", own.name);
+        for (k, x) in other.points.iter().enumerate() {
+            let distance = own.distance(x);
+            // The chords of 2 mm have corners, which smooth lines have not.
+            assert!(distance < TOLERANCE + 1e-5, "{} {k}: {distance}", own.name);
+        }
+    }
+    let computed = Computed { branches: again.iter().map(Drawn::branch).collect(), fixings: vec![] };
+    let twice = export(&found.text, &computed, TOLERANCE)?;
+    assert!(twice.nodes.is_empty() && twice.segments.iter().all(|own| !own.has_new_length()), "{:?}", twice.nodes);
+    Ok(())
+}
+
+/// The lines of a scenario, moved.
+fn lines(scenario: &str, moved: impl Fn(Vector) -> Vector) -> Result<Vec<Drawn>, Failed> {
+    let table: toml::Table = toml::from_str(scenario)?;
+    let mut lines = Vec::new();
+    for branch in table["branches"].as_array().ok_or("branches")? {
+        let [name, segment] = ["name", "kbl"].map(|key| string(&branch[key]));
+        let path = branch["path"].as_array().ok_or("a path")?;
+        let points = path.iter().map(|point| moved(Vector::from([0, 1, 2].map(|k| float(&point[k])))));
+        lines.push(Drawn::new(name, segment, float(&branch["length"]), points.collect()));
+    }
+    Ok(lines)
 }
 
 fn read(path: &PathBuf, max_segment: f64) -> Result<Imported, Failed> {

@@ -580,7 +580,7 @@ fn numbered() -> String {
 #[test]
 fn part_numbers_signals_and_cavities_stay_with_their_parts() {
     let numbered = numbered();
-    let Identities { parts, components, connections } = checked(&imported(&numbered).scenario).identities;
+    let Identities { parts, components, connections, .. } = checked(&imported(&numbered).scenario).identities;
     let part = |name: &str| {
         let found = parts.iter().find(|part| part.of == Identified::Constraint && part.name == name);
         found.unwrap_or_else(|| panic!("{name}: {parts:?}")).identity.clone()

@@ -5,6 +5,7 @@
 //! quaternion form of the curvature; the second derivatives are derived in the comments below and tested
 //! against finite differences.
 
+use nalgebra::{Quaternion, Unit};
 use wireloom_core::rod::{CouplingHessian, NeighbourHessian, SegmentHessian};
 use wireloom_core::rotation::skew;
 use wireloom_core::{Matrix, Rotation, Vector};
@@ -340,6 +341,22 @@ fn relative(qa: &Rotation, qb: &Rotation) -> (f64, Vector) {
     let w = qa.w * qb.w + a.dot(&b);
     let v = b * qa.w - a * qb.w - a.cross(&b);
     if w < 0.0 { (-w, -v) } else { (w, v) }
+}
+
+/// The rotation between two frames at a distance λ (m) with the curvature κ (1/m): its imaginary part v has
+/// `(1 + |v|²/6) v = (λ/2) κ`.
+pub fn turn_of_curvature(curvature: &Vector, lambda: f64) -> Rotation {
+    let half = curvature * (0.5 * lambda);
+    let wanted = half.norm();
+    if wanted == 0.0 {
+        return Rotation::identity();
+    }
+    let mut v = wanted.sin();
+    for _ in 0..20 {
+        v -= (v * (1.0 + v * v / 6.0) - wanted) / (1.0 + 0.5 * v * v);
+    }
+    let w = (1.0 - v * v).max(0.0).sqrt();
+    Unit::new_normalize(Quaternion::from_parts(w, half * (v / wanted)))
 }
 
 /// Second derivatives of `μ·v` with μ fixed: `−¼(μ·v) I` in either frame alone, `¼(v μᵀ + μ vᵀ + w [μ]ₓ − (μ·v) I)`

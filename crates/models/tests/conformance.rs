@@ -76,6 +76,14 @@ fn joint_of(kind: &'static str, values: &[(&'static str, Value)]) -> impl Fn(Joi
     move |spec| (registry.joint(kind).unwrap().build)(&spec, &values).unwrap()
 }
 
+fn hub_without_friction() -> impl Fn(JointSpec) -> Box<dyn JointModel> {
+    let made = joint("compliant-hub");
+    move |mut spec| {
+        spec.arms.iter_mut().for_each(|arm| arm.spring.friction = SectionFriction::default());
+        made(spec)
+    }
+}
+
 fn constraint(
     kind: &'static str,
     spec: ConstraintSpec,
@@ -159,7 +167,8 @@ joint_conformance!(cosserat_joint, joint("cosserat"));
 joint_conformance!(long_cosserat_joint, joint_of("cosserat", &[("length", Value::Number(0.3))]));
 joint_conformance!(rigid_body_joint, joint("rigid-body"));
 joint_conformance!(fused_joint, joint("fused"));
-joint_conformance!(compliant_hub, joint("compliant-hub"));
+joint_conformance!(compliant_hub_with_friction, joint("compliant-hub"));
+joint_conformance!(compliant_hub, hub_without_friction());
 
 constraint_conformance!(connector, constraint("connector", plain(), &[]));
 constraint_conformance!(hinge, constraint("connector", hinged(), &[]));

@@ -60,6 +60,7 @@ fn joint_kind(kind: JointKind) -> abi::Kind {
         create: Some(joint::create),
         destroy: Some(joint::destroy),
         evaluate: Some(joint::evaluate),
+        commit: Some(joint::commit),
     };
     abi::Kind { joint: &raw const leak(Table { functions, kind }).functions, ..described }
 }

@@ -8,7 +8,7 @@ use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
-use wireloom_core::joint::{Arm, ArmSpring, JointModel, JointSpec, Mounting, WireShare};
+use wireloom_core::joint::{Arm, ArmSpring, JointModel, JointShape, JointSpec, Mounting, WireShare};
 use wireloom_core::registry::JointKind;
 use wireloom_core::{Matrix, Rotation, Section, Vector};
 
@@ -25,7 +25,18 @@ thread_local! {
 }
 
 /// The instance behind a `*mut c_void`.
-type Instance = Box<dyn JointModel>;
+struct Instance {
+    model: Box<dyn JointModel>,
+    memory: Vec<f64>,
+    arms: usize,
+}
+
+impl Instance {
+    /// Number of frames that it is called with.
+    fn frames(&self) -> usize {
+        self.arms + usize::from(self.model.mounting() == Mounting::CompliantHub)
+    }
+}
 
 pub unsafe extern "C" fn create(
     kind: *const abi::Kind,
@@ -39,11 +50,13 @@ pub unsafe extern "C" fn create(
         catch_panics(message, || {
             let kind = &(*(*kind).joint.cast::<Table<abi::JointKind, JointKind>>()).kind;
             let values = slice((*said).values, (*said).value_count as usize);
-            let made: Instance = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
+            let made = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
                 .map_err(|error| format!("{}; {}", error.message, error.help))?;
+            let arms = (*said).arm_count as usize;
+            let own = Box::new(Instance { memory: made.memory(), model: made, arms });
             *description = abi::JointDescription {
                 size: (*description).size,
-                mounting: match made.mounting() {
+                mounting: match own.model.mounting() {
                     Mounting::Point => abi::MOUNTING_POINT,
                     Mounting::Stations => abi::MOUNTING_STATIONS,
                     Mounting::Pose => abi::MOUNTING_POSE,
@@ -53,8 +66,11 @@ pub unsafe extern "C" fn create(
                 has_gradient: 1,
                 has_hessian: 1,
                 reserved: 0,
+                memory: own.memory.as_ptr(),
+                memory_count: own.memory.len() as u32,
+                reserved_too: 0,
             };
-            *instance = Box::into_raw(Box::new(made)).cast();
+            *instance = Box::into_raw(own).cast();
             Ok(())
         })
     }
@@ -79,17 +95,18 @@ pub unsafe extern "C" fn evaluate(
     // SAFETY: see the top of this file.
     unsafe {
         catch_panics(message, || {
-            let model = &*instance.cast::<Instance>();
+            let Instance { model, memory, .. } = &*instance.cast::<Instance>();
             let wanted = &*evaluation;
             let k = wanted.arm_count as usize;
             SCRATCH.with_borrow_mut(|Scratch { frames: own, gradient, blocks }| {
                 own.clear();
                 own.extend(slice(frames.cast::<[f64; 4]>(), k).iter().map(frame));
+                let shape = JointShape { frames: own, memory: slice(wanted.memory, memory.len()) };
                 let mut energy = None;
                 if !wanted.gradient.is_null() {
                     gradient.clear();
                     gradient.resize(k, Vector::zeros());
-                    energy = Some(model.add_gradient(own, gradient));
+                    energy = Some(model.add_gradient(&shape, gradient));
                     for (a, theta) in gradient.iter().enumerate() {
                         for i in 0..3 {
                             *wanted.gradient.add(3 * a + i) = theta[i];
@@ -97,12 +114,12 @@ pub unsafe extern "C" fn evaluate(
                     }
                 }
                 if let Some(to) = wanted.energy.as_mut() {
-                    *to = energy.unwrap_or_else(|| model.energy(own));
+                    *to = energy.unwrap_or_else(|| model.energy(&shape));
                 }
                 if !wanted.hessian.is_null() {
                     blocks.clear();
                     blocks.resize(k * k, Matrix::zeros());
-                    model.add_hessian(own, blocks);
+                    model.add_hessian(&shape, blocks);
                     // The model writes the lower triangle of blocks only.
                     for row in 0..3 * k {
                         for column in 0..3 * k {
@@ -116,6 +133,30 @@ pub unsafe extern "C" fn evaluate(
                     }
                 }
             });
+            Ok(())
+        })
+    }
+}
+
+pub unsafe extern "C" fn commit(
+    instance: *const c_void,
+    frames: *const f64,
+    memory: *mut f64,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the top of this file.
+    unsafe {
+        catch_panics(message, || {
+            let own = &*instance.cast::<Instance>();
+            if own.memory.is_empty() {
+                return Ok(());
+            }
+            let frames: Vec<Rotation> = slice(frames.cast::<[f64; 4]>(), own.frames()).iter().map(frame).collect();
+            let to = std::slice::from_raw_parts_mut(memory, own.memory.len());
+            let before = to.to_vec();
+            // What it dissipates is not part of the interface.
+            let mut dissipated = vec![0.0; own.arms];
+            own.model.commit(&JointShape { frames: &frames, memory: &before }, to, &mut dissipated);
             Ok(())
         })
     }
@@ -159,6 +200,7 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                 spring: ArmSpring {
                     bending: Some(arm.spring_bending).filter(|k| *k != [0.0; 2]),
                     torsion: Some(arm.spring_torsion).filter(|k| *k != 0.0),
+                    friction: Default::default(),
                 },
                 branch,
             }

@@ -13,8 +13,8 @@ use wireloom::geometry::{Pose, Rotation, Vector};
 use wireloom::parts::numeric::NOTE;
 use wireloom::parts::{
     Action, Arm, Attaches, BuildError, Constraint, ConstraintEnergy, ConstraintKind, ConstraintSpec, ConstraintView,
-    Form, JointEnergy, JointKind, JointModel, JointSpec, Mounting, Numeric, Output, Parameter, Parameters, SpanSpec,
-    SpanUse, StationSpec, Value,
+    Form, JointEnergy, JointKind, JointModel, JointShape, JointSpec, Mounting, Numeric, Output, Parameter, Parameters,
+    SpanSpec, SpanUse, StationSpec, Value,
 };
 use wireloom::result::Library;
 use wireloom::scenario::quantity_in;
@@ -265,8 +265,9 @@ impl Part {
                 (false, true) => Mounting::Stations,
                 (false, false) => Mounting::Point,
             };
+            let memory: Vec<f64> = adapter.getattr("memory")?.extract()?;
             let adapter = Adapter { object: adapter.unbind(), fault: OnceLock::new() };
-            PyResult::Ok(Numeric(OwnJoint { adapter, mounting, differences: !self.has_gradient }))
+            PyResult::Ok(Numeric(OwnJoint { adapter, memory, mounting, differences: !self.has_gradient }))
         });
         Ok(Box::new(made.map_err(refusal)?))
     }
@@ -395,6 +396,17 @@ impl Adapter {
         });
         answer.unwrap_or(Some(f64::NAN))
     }
+
+    /// Replaces what a part remembers.
+    fn commit(&self, numbers: &[f64], progress: f64, memory: &mut [f64]) {
+        match self.call("commit", numbers, progress, |next| next.extract::<Vec<f64>>()) {
+            Some(next) if next.len() == memory.len() && next.iter().all(|x| x.is_finite()) => {
+                memory.copy_from_slice(&next);
+            }
+            Some(next) => self.fail(format!("`commit` returned {next:?}, not {} finite numbers", memory.len())),
+            None => {}
+        }
+    }
 }
 
 /// A constraint written in Python.
@@ -437,15 +449,7 @@ impl Constraint for OwnConstraint {
     }
 
     fn commit(&self, at: &ConstraintView<'_>, memory: &mut [f64]) {
-        let adapter = &self.energy.0;
-        let next = adapter.call("commit", &view(at), at.progress, |next| next.extract::<Vec<f64>>());
-        match next {
-            Some(next) if next.len() == memory.len() && next.iter().all(|x| x.is_finite()) => {
-                memory.copy_from_slice(&next);
-            }
-            Some(next) => adapter.fail(format!("`commit` returned {next:?}, not {} finite numbers", memory.len())),
-            None => {}
-        }
+        self.energy.0.commit(&view(at), at.progress, memory);
     }
 
     fn outputs(&self, at: &ConstraintView<'_>) -> Vec<(String, f64)> {
@@ -468,14 +472,15 @@ impl Constraint for OwnConstraint {
 /// A joint model written in Python.
 struct OwnJoint {
     adapter: Adapter,
+    memory: Vec<f64>,
     mounting: Mounting,
     /// Whether its gradient is taken by differences.
     differences: bool,
 }
 
 impl OwnJoint {
-    fn numbers(frames: &[Rotation]) -> Vec<f64> {
-        frames.iter().flat_map(quaternion).collect()
+    fn numbers(shape: &JointShape<'_>) -> Vec<f64> {
+        shape.frames.iter().flat_map(quaternion).chain(shape.memory.iter().copied()).collect()
     }
 }
 
@@ -484,13 +489,21 @@ impl JointEnergy for OwnJoint {
         self.mounting
     }
 
-    fn energy(&self, frames: &[Rotation]) -> f64 {
-        self.adapter.energy(&Self::numbers(frames), 1.0)
+    fn energy(&self, shape: &JointShape<'_>) -> f64 {
+        self.adapter.energy(&Self::numbers(shape), 1.0)
     }
 
-    fn gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> Option<f64> {
+    fn gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> Option<f64> {
         gradient.fill(Vector::repeat(f64::NAN));
-        self.adapter.gradient(&Self::numbers(frames), 1.0, gradient.iter_mut())
+        self.adapter.gradient(&Self::numbers(shape), 1.0, gradient.iter_mut())
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.memory.clone()
+    }
+
+    fn commit(&self, shape: &JointShape<'_>, memory: &mut [f64], _: &mut [f64]) {
+        self.adapter.commit(&Self::numbers(shape), 1.0, memory);
     }
 
     fn fault(&self) -> Option<String> {

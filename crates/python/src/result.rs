@@ -42,6 +42,12 @@ impl Step {
 /// Names of joints of a mechanism, each with the values of its freedoms, rad and m.
 type JointValues = Vec<(String, Vec<f64>)>;
 
+/// Branch of an arm, its set (rad), and the energy dissipated there in the increment and since the start, J.
+type ArmFriction = (String, [f64; 3], (f64, f64));
+
+/// Name, position (m), orientation `[w, x, y, z]`, and what slips at its arms.
+type Joint = (String, [f64; 3], [f64; 4], Vec<ArmFriction>);
+
 /// The word of a cause, and its sentence.
 type Cause = (&'static str, String);
 
@@ -118,10 +124,14 @@ impl Step {
         self.0.get().constraints.iter().enumerate().map(of).collect()
     }
 
-    /// Names, positions (m) and orientations `[w, x, y, z]` of the joints.
-    fn joints(&self) -> Vec<(String, [f64; 3], [f64; 4])> {
-        let of =
-            |joint: &result::JointResult| (joint.name.clone(), joint.position.into(), quaternion(&joint.orientation));
+    /// Names, positions (m) and orientations `[w, x, y, z]` of the joints, and what slips at their arms.
+    fn joints(&self) -> Vec<Joint> {
+        let of_arm =
+            |own: &result::ArmFriction| (own.branch.clone(), own.set.into(), (own.dissipated, own.dissipated_in_all));
+        let of = |joint: &result::JointResult| {
+            let friction = joint.friction.iter().map(of_arm).collect();
+            (joint.name.clone(), joint.position.into(), quaternion(&joint.orientation), friction)
+        };
         self.0.get().joints.iter().map(of).collect()
     }
 

@@ -60,6 +60,33 @@ class SoftHub(parts.Joint, kind="soft-hub", hub=True):
         return 0.25 * float(np.sum(self.stiffness[:, None, None] * turned**2))
 
 
+class TapedHub(SoftHub, kind="taped-hub", hub=True):
+    """Beside these springs, an element of friction between each arm and the hub."""
+
+    element, limit = 0.2, 0.05
+
+    def memory(self) -> list[float]:
+        return [0.0] * (3 * len(self.arms))
+
+    def stretched(self, frames: Array) -> Array:
+        """Turn of each arm beyond what has slipped."""
+        turned = np.einsum("pij,pik->pjk", frames[-1] @ self.at_rest, frames[:-1])
+        turns = 0.5 * np.stack([turned[:, j, i] - turned[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+        return turns - self.remembered.reshape(-1, 3)
+
+    def energy(self, frames: Array) -> float:
+        d = np.linalg.norm(self.stretched(frames), axis=1)
+        own = np.where(d > self.limit, self.limit * d - 0.5 * self.limit**2, 0.5 * d**2)
+        return super().energy(frames) + self.element * float(np.sum(own))
+
+    def commit(self, frames: Array) -> list[float]:
+        stretched = self.stretched(frames)
+        d = np.linalg.norm(stretched, axis=1, keepdims=True)
+        # Above round-off, so that a second call changes nothing.
+        slips = np.where(d > self.limit * (1 + 1e-10), 1 - self.limit / np.maximum(d, self.limit), 0.0)
+        return list(self.remembered + (slips * stretched).ravel())
+
+
 HAND = """
 [[constraints]]
 name = "pull"
@@ -149,6 +176,27 @@ def test_a_hub_whose_arms_give_way_is_nearly_the_built_in_one() -> None:
         shapes.append(run.steps[-1].branches["left"].position)
     # 2 sin(φ/2) instead of φ.
     assert np.allclose(shapes[0], shapes[1], rtol=0, atol=1e-5)
+
+
+def test_a_hub_remembers_what_its_arms_have_slipped() -> None:
+    assert parts.check(TapedHub) == []
+    text = (Path(__file__).parents[3] / "scenarios/analytic/arm_friction.toml").read_text()
+    elastic = text[: text.index("[joints.arms.friction]")] + text[text.index("[[constraints]]") :]
+    sets = []
+    for model in [SoftHub, TapedHub]:
+        own = elastic.replace("compliant-hub", model.kind).replace("1e-9", "1e-5")
+        run = wireloom.loads(own, parts=[model]).run()
+        assert run.status == "converged"
+        sets.append(run.steps[1].branches["right"].position[-1, 2])
+    assert abs(sets[0]) < 1e-4 < 1e-2 < abs(sets[1]), sets
+
+
+def test_arms_of_the_built_in_hub_have_a_set() -> None:
+    run = wireloom.load(Path(__file__).parents[3] / "scenarios/analytic/arm_friction.toml").run()
+    hub = run.steps[1].joints["J"]
+    assert list(hub.set) == list(hub.dissipated) == ["right"]
+    assert np.allclose(hub.set["right"], [0, 0.118495821699, 0], rtol=0, atol=1e-7)
+    assert hub.dissipated["right"][0] == 0 and abs(hub.dissipated["right"][1] - 0.00267723042805) < 1e-9
 
 
 def test_a_joint_that_depends_on_the_world_is_found() -> None:

@@ -318,6 +318,38 @@ impl FrictionOperator {
     }
 }
 
+/// What the law of an arm on a compliant hub is of at the angle ψ, rad: `φ = 2 (1 + s²/6) s`, `s = sin(ψ/2)`.
+fn measured(angle: f64) -> f64 {
+    let s = (0.5 * angle).sin();
+    2.0 * s * (1.0 + s * s / 6.0)
+}
+
+/// The angle (rad) at which φ is that, by bisection.
+pub fn arm_angle(measure: f64) -> f64 {
+    root(|angle| measured(angle) - measure)
+}
+
+/// Turns a compliance (rad/(N m)) in series with an arm on its hub, whose moment over φ is `operator`, by an angle
+/// (rad) as a whole; returns the moment, N m: `C m φ′(ψ) + ψ` is that angle.
+pub fn arm_in_series(operator: &mut FrictionOperator, compliance: f64, angle: f64) -> f64 {
+    let moment = |operator: &mut FrictionOperator, own: f64| {
+        let s = (0.5 * own).sin();
+        operator.bend(measured(own)) * (0.5 * own).cos() * (1.0 + 0.5 * s * s)
+    };
+    let own = root(|own| compliance * moment(&mut operator.clone(), own) + own - angle);
+    moment(operator, own)
+}
+
+/// The root of an increasing function between −π and π.
+fn root(f: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (-PI, PI);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if f(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -449,5 +481,14 @@ mod tests {
         close(operator.dissipated(), 1.5, 1e-15);
         close(operator.stored(), 2.25, 1e-15);
         close(operator.let_go(), 1.0, 1e-12);
+    }
+
+    /// The same element at an arm, in series with a compliance of 2, turned by so little that angle and φ are the same:
+    /// sticking it has a third of a stiffness of 3, so that `ψ = θ/(1 + 2·3)`.
+    #[test]
+    fn an_arm_in_series_shares_the_turn() {
+        let mut operator = FrictionOperator::new(1.0, &[[2.0, 1.0]]);
+        close(arm_in_series(&mut operator, 2.0, 7e-4), 3e-4, 1e-12);
+        close(arm_angle(measured(0.7)), 0.7, 1e-15);
     }
 }

@@ -1,9 +1,10 @@
 //! The energies of [`wireloom_core::law`], evaluated as their formulas are written there, by way of rotation matrices
 //! and quaternion products: what kinds that say their law are held to.
 
-use wireloom_core::law::{PairLaw, RodLaw, SpringLaw, TurningLaw};
+use wireloom_core::joint::JointShape;
+use wireloom_core::law::{JointLaw, RodLaw, SpringLaw, TurningLaw};
 use wireloom_core::rod::{CellPair, Mesh};
-use wireloom_core::section::CreepElement;
+use wireloom_core::section::{CreepElement, FrictionElement, SectionFriction};
 use wireloom_core::{BranchShape, Matrix, Pose, Rotation, Vector};
 
 /// w ≥ 0 and v of `q̄_a q_b`.
@@ -13,10 +14,15 @@ fn relative(a: &Rotation, b: &Rotation) -> (f64, Vector) {
     (sign * r.w, r.imag() * sign)
 }
 
+/// κ, 1/m.
+fn curvature(a: &Rotation, b: &Rotation, lambda: f64) -> Vector {
+    let (_, v) = relative(a, b);
+    v * ((2.0 / lambda) * (1.0 + v.norm_squared() / 6.0))
+}
+
 /// `½ λ (κ−κ°)ᵀ C (κ−κ°)`, J.
 fn bend_twist(a: &Rotation, b: &Rotation, lambda: f64, c: &Vector, rest: &Vector) -> f64 {
-    let (_, v) = relative(a, b);
-    let strain = v * ((2.0 / lambda) * (1.0 + v.norm_squared() / 6.0)) - rest;
+    let strain = curvature(a, b, lambda) - rest;
     0.5 * lambda * strain.dot(&c.component_mul(&strain))
 }
 
@@ -59,21 +65,14 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
     if law.variation > 0.0 {
         energy += mesh.pairs.iter().map(|pair| variation(law, pair, shape)).sum::<f64>();
     }
-    let (bending, torsion, creep) = (&law.friction.bending, &law.friction.torsion, &law.laws.creep);
+    let (friction, creep) = (&law.friction, &law.laws.creep);
     let width = shape.memory.len() / law.couplings.len().max(1);
     for c in 0..law.couplings.len() {
-        let (own, flows) = shape.memory[c * width..(c + 1) * width].split_at(2 * bending.len() + torsion.len());
+        let (own, flows) = shape.memory[c * width..(c + 1) * width].split_at(slips(friction));
         let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
-        let (_, v) = relative(&shape.frames[c], &shape.frames[c + 1]);
         let lambda = shape.coupling_lengths[c];
-        let e = v * ((2.0 / lambda) * (1.0 + v.norm_squared() / 6.0)) - rest;
-        let (slips, twists) = own.split_at(2 * bending.len());
-        let bent = slips.chunks_exact(2).map(|p| (e.x - p[0]).hypot(e.y - p[1]));
-        let twisted = twists.iter().map(|p| (e.z - p).abs());
-        for (element, d) in bending.iter().zip(bent).chain(torsion.iter().zip(twisted)) {
-            let (k, m) = (element.stiffness, element.moment);
-            energy += lambda * if d <= m / k { 0.5 * k * d * d } else { m * d - 0.5 * m * m / k };
-        }
+        let e = curvature(&shape.frames[c], &shape.frames[c + 1], lambda) - rest;
+        energy += lambda * slipping(friction, &e, own);
         energy += lambda * law.laws.bending.as_ref().map_or(0.0, |curve| curve.integral(e.x.hypot(e.y)));
         let (flows, twists) = flows.split_at(if creep.bending.is_empty() { 0 } else { 2 + 2 * creep.bending.len() });
         let relaxing = |elements: &[CreepElement], e: &[f64], memory: &[f64]| -> f64 {
@@ -120,10 +119,35 @@ fn variation(law: &RodLaw, pair: &CellPair, shape: &BranchShape<'_>) -> f64 {
     energy
 }
 
-/// Energy of one pair of arms, J.
-pub fn pair_energy(law: &PairLaw, frames: &[Rotation]) -> f64 {
-    let (a, b) = (frames[law.a] * law.alpha, frames[law.b] * law.beta);
-    bend_twist(&a, &b, law.length, &law.stiffness, &law.curvature)
+/// Number of state variables of elements of friction.
+fn slips(friction: &SectionFriction) -> usize {
+    2 * friction.bending.len() + friction.torsion.len()
+}
+
+/// Energy of friction at the curvature e beyond that at rest, by length, J/m.
+fn slipping(friction: &SectionFriction, e: &Vector, memory: &[f64]) -> f64 {
+    let (slips, twists) = memory.split_at(2 * friction.bending.len());
+    let bent = slips.chunks_exact(2).map(|p| (e.x - p[0]).hypot(e.y - p[1]));
+    let twisted = twists.iter().map(|p| (e.z - p).abs());
+    let of = |(element, d): (&FrictionElement, f64)| {
+        let (k, m) = (element.stiffness, element.moment);
+        if d <= m / k { 0.5 * k * d * d } else { m * d - 0.5 * m * m / k }
+    };
+    friction.bending.iter().zip(bent).chain(friction.torsion.iter().zip(twisted)).map(of).sum()
+}
+
+/// Energy of a joint, J.
+pub fn joint_energy(law: &JointLaw, shape: &JointShape<'_>) -> f64 {
+    let (mut energy, mut memory) = (0.0, shape.memory);
+    for pair in &law.pairs {
+        let (a, b) = (shape.frames[pair.a] * pair.alpha, shape.frames[pair.b] * pair.beta);
+        let (own, later) = memory.split_at(slips(&pair.friction));
+        let e = curvature(&a, &b, pair.length) - pair.curvature;
+        energy += bend_twist(&a, &b, pair.length, &pair.stiffness, &pair.curvature);
+        energy += pair.length * slipping(&pair.friction, &e, own);
+        memory = later;
+    }
+    energy
 }
 
 /// Energy of a spring, J.

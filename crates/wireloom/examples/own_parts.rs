@@ -11,8 +11,8 @@ use wireloom::harness::{Problem, State};
 use wireloom::parts::kernel::BendTwist;
 use wireloom::parts::rods::cosserat;
 use wireloom::parts::{
-    Form, JointKind, JointModel, JointSpec, Minimiser, MinimiserKind, Mounting, Newton, Parameter, Quantity, Report,
-    RodKind, Stop, Value,
+    Form, JointKind, JointModel, JointShape, JointSpec, Minimiser, MinimiserKind, Mounting, Newton, Parameter,
+    Quantity, Report, RodKind, Stop, Value,
 };
 use wireloom::{Control, Registry, Status};
 
@@ -82,24 +82,24 @@ impl JointModel for Ball {
         Mounting::Point
     }
 
-    fn energy(&self, frames: &[Rotation]) -> f64 {
-        self.pairs(frames).map(|(_, _, pair)| pair.energy(1.0)).map(|(bend, twist)| bend + twist).sum()
+    fn energy(&self, shape: &JointShape<'_>) -> f64 {
+        self.pairs(shape.frames).map(|(_, _, pair)| pair.energy(1.0)).map(|(bend, twist)| bend + twist).sum()
     }
 
-    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
-        for (a, b, pair) in self.pairs(frames) {
+    fn add_gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> f64 {
+        for (a, b, pair) in self.pairs(shape.frames) {
             let (first, second) = pair.gradient();
             // A turn θ of the arm's own frame is one of `rest θ` of the joint's frame.
             gradient[a] += self.rest[a].inverse() * first;
             gradient[b] += self.rest[b].inverse() * second;
         }
-        self.energy(frames)
+        self.energy(shape)
     }
 
-    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
-        let k = frames.len();
+    fn add_hessian(&self, shape: &JointShape<'_>, hessian: &mut [Matrix]) {
+        let k = shape.frames.len();
         let turned = |a: usize| self.rest[a].to_rotation_matrix().into_inner();
-        for (a, b, pair) in self.pairs(frames) {
+        for (a, b, pair) in self.pairs(shape.frames) {
             let h = pair.hessian(&Vector::repeat(self.stiffness));
             let (ra, rb) = (turned(a), turned(b));
             hessian[a * k + a] += ra.transpose() * h.aa * ra;

@@ -7,7 +7,7 @@
 use wireloom_core::Status;
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{DrawnStart, EndsElsewhere, OperationResult, Run, SlideResult, StepResult};
-use wireloom_core::network::AttachedConstraint;
+use wireloom_core::network::{AttachedConstraint, Joint};
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::Step;
 use wireloom_core::{Monitor, Registry, Section, Vector};
@@ -48,6 +48,10 @@ pub fn compare_with_drawn_start(
                 "constraint \"{}\" is a spring, and results do not say where it pulls to",
                 spring.name
             ));
+        }
+        let remembers = |joint: &&Joint| !joint.model.memory().is_empty();
+        if let Some(joint) = built.network.joints.iter().find(remembers) {
+            return Err(format!("joint \"{}\" keeps a set from the way there", joint.name));
         }
         let other = crate::run_observed(built, None, &mut Monitored(monitor));
         match (other.status(), other.steps.into_iter().next_back()) {

@@ -1,4 +1,4 @@
-//! Harness files of other programs to scenarios.
+//! Harness files of other programs to scenarios. Results go back into them with [`kbl`](crate::kbl).
 //!
 //! ```
 //! use wireloom::import::kbl::{Options, import};

@@ -57,6 +57,7 @@
 //! | tell whether runs ended in the same equilibrium | [`compare`] |
 //! | write JSON, CSV, VTK, glTF, pictures, reports | [`export`] |
 //! | lay a harness on a formboard, with drawings | `formboard` |
+//! | make scenarios from KBL files, and write results back into them | `import`, `kbl` |
 //! | add own rods, joints, constraints, minimisers | [`parts`], [`geometry`] |
 //! | look into the harness that is computed | [`harness`], [`shapes`] |
 //!
@@ -68,7 +69,7 @@
 //! | --- | --- |
 //! | `formboard` | module `formboard`: the harness flat, drawn as SVG, DXF and PDF (dxf, pdf-writer) |
 //! | `gpu` | module `gpu` and the minimiser of this name (wgpu) |
-//! | `kbl` | module `import`: KBL files to scenarios (roxmltree) |
+//! | `kbl` | modules `import`: KBL files to scenarios, and `kbl`: results back into them (roxmltree) |
 //! | `parquet` | `export::table::Writer` and `read` (parquet) |
 //! | `plugins` | module `plugins`: constraints and joints out of dynamic libraries (libloading) |
 //! | `step` | module `step`: surroundings out of STEP files, which Python reads with Open CASCADE |
@@ -91,6 +92,8 @@ pub mod harness;
 pub mod identify;
 #[cfg(feature = "kbl")]
 pub mod import;
+#[cfg(feature = "kbl")]
+pub mod kbl;
 mod load;
 pub mod mesh;
 pub mod optimise;

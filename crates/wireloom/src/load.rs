@@ -1,7 +1,7 @@
 //! From a scenario's text to a harness that can be run.
 
 mod start;
-mod targets;
+pub(crate) mod targets;
 
 use wireloom_core::Registry;
 use wireloom_scenario::{Built, Fault, Files, NoFiles, Scenario, Setting};

@@ -37,7 +37,7 @@ pub use wireloom_core::constraint::{
     Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Equations, Hold, HoldWord, Limits, Potential,
     Relation, Residual, RotationHold, Slide, SpanSpec, SpanUse, StationSpec,
 };
-pub use wireloom_core::joint::{Arm, ArmSpring, JointModel, JointSpec, Mounting};
+pub use wireloom_core::joint::{Arm, ArmSpring, JointModel, JointShape, JointSpec, Mounting};
 pub use wireloom_core::minimiser::{Minimiser, Report, Stop};
 pub use wireloom_core::numeric::{self, ConstraintEnergy, JointEnergy, Numeric};
 pub use wireloom_core::obstacle::{Shape, ShapeSpec, Touch};

@@ -21,10 +21,10 @@
 //! ```
 
 pub use wireloom_core::equilibrium::{
-    BranchResult, Clearance, ClearanceFrom, ConstraintResult, Deviation, DeviationCause, DrawnStart, EndsElsewhere,
-    Energy, FrictionResult, JointResult, Library, MarkerResult, MechanismResult, MinimiserResult, ObstacleResult,
-    OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult,
-    StepResult, TightestBend,
+    ArmFriction, BranchResult, Clearance, ClearanceFrom, ConstraintResult, Deviation, DeviationCause, DrawnStart,
+    EndsElsewhere, Energy, FrictionResult, JointResult, Library, MarkerResult, MechanismResult, MinimiserResult,
+    ObstacleResult, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult,
+    StationResult, StepResult, TightestBend,
 };
 pub use wireloom_core::event::{Event, EventKind, EventPlace, Group, Moment, grouped};
 pub use wireloom_core::identity::{Component, Connection, Identified, Identities, Identity, WireEnd};

@@ -376,22 +376,24 @@ impl Points<'_> {
         let mut all: Vec<Option<Point>> = points.clone().map(|_| None).collect();
         let mut swept = self.nothing_swept();
         let mut last = None;
-        loop {
-            let has_start = |i: &usize| all[*i].as_ref().is_some_and(|point| point.start.is_some());
-            let (starts, left): (Vec<usize>, Vec<usize>) =
-                ((0..all.len()).filter(has_start).collect(), (0..all.len()).filter(|i| all[*i].is_none()).collect());
-            let pairs = left.iter().flat_map(|i| starts.iter().map(move |near| (*i, *near)));
-            // The first of equals.
-            let nearest = pairs.min_by(|a, b| distance(a.0, a.1).total_cmp(&distance(b.0, b.1)));
-            let (i, from) = match (nearest, left.first()) {
-                (Some((i, near)), _) => {
-                    last = Some(i);
-                    (i, all[near].as_ref().and_then(|point| point.start.as_ref()).map_or(Began::Afresh, Began::Near))
+        // Of each point the distance of the nearest one that has a start, and its index; the first of equals.
+        let mut nearest = vec![(f64::INFINITY, usize::MAX); all.len()];
+        let left = |all: &[Option<Point>]| (0..all.len()).filter(|i| all[*i].is_none()).collect::<Vec<_>>();
+        while let Some(i) = left(&all).into_iter().min_by(|a, b| nearest[*a].0.total_cmp(&nearest[*b].0)) {
+            let start = all.get(nearest[i].1).and_then(|near| near.as_ref()?.start.as_ref());
+            if start.is_some() {
+                last = Some(i);
+            }
+            let point = self.point(points.start + i, start.map_or(Began::Afresh, Began::Near), job, &mut swept)?;
+            let has_start = point.start.is_some();
+            all[i] = Some(point);
+            for j in left(&all).into_iter().filter(|_| has_start) {
+                let (known, index) = nearest[j];
+                let own = distance(i, j);
+                if own < known || (own == known && i < index) {
+                    nearest[j] = (own, i);
                 }
-                (None, Some(&first)) => (first, Began::Afresh),
-                (None, None) => break,
-            };
-            all[i] = Some(self.point(points.start + i, from, job, &mut swept)?);
+            }
             *done += 1;
             (job.watched)(Work::Done);
         }

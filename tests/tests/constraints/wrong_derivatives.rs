@@ -1,10 +1,10 @@
 //! Parts whose derivatives are not those of their values: each of them once came to rest as "converged".
 
 use super::{bars, beam, run_with};
-use wireloom::geometry::{Matrix, Rotation, Vector};
+use wireloom::geometry::{Matrix, Vector};
 use wireloom::parts::{
-    Action, Attaches, Constraint, ConstraintKind, ConstraintView, Equations, JointKind, JointModel, Mounting,
-    Potential, Residual,
+    Action, Attaches, Constraint, ConstraintKind, ConstraintView, Equations, JointKind, JointModel, JointShape,
+    Mounting, Potential, Residual,
 };
 use wireloom::{Registry, Run, Status};
 use wireloom_testkit::constraints::Link;
@@ -64,13 +64,13 @@ impl JointModel for EnergyAlone {
     fn mounting(&self) -> Mounting {
         Mounting::Point
     }
-    fn energy(&self, frames: &[Rotation]) -> f64 {
+    fn energy(&self, JointShape { frames, .. }: &JointShape<'_>) -> f64 {
         1.0 - (frames[0] * Vector::z()).dot(&(frames[1] * Vector::z()))
     }
-    fn add_gradient(&self, frames: &[Rotation], _: &mut [Vector]) -> f64 {
-        self.energy(frames)
+    fn add_gradient(&self, shape: &JointShape<'_>, _: &mut [Vector]) -> f64 {
+        self.energy(shape)
     }
-    fn add_hessian(&self, _: &[Rotation], _: &mut [Matrix]) {}
+    fn add_hessian(&self, _: &JointShape<'_>, _: &mut [Matrix]) {}
 }
 
 fn registry() -> Registry {

@@ -1,5 +1,6 @@
 // A joint model for two arms: a bend-twist spring between them, with the stiffness of the arms over the mean of their segments at the joint. With CASE
-// from 1 to 15 it does one thing wrong; with CASE 20 it is a compliant hub, with springs between arms and hub.
+// from 1 to 15 it does one thing wrong; with CASE 20 it is a compliant hub, with springs between arms and hub, and with
+// CASE 21 also with an element of friction in bending between them: it remembers how far each arm has slipped.
 #include "wireloom_plugin.h"
 #include <math.h>
 #include <stdlib.h>
@@ -9,8 +10,13 @@
 #ifndef CASE
 #define CASE 0
 #endif
+#define IS_HUB (CASE == 20 || CASE == 21)
 
-typedef struct { double rest[16][4], stiffness[3], springs[16][3]; } Joint;
+// Of the element of friction, N m/rad and N m.
+static const double element = 0.2, limit = 0.01;
+static const double no_slips[32];
+
+typedef struct { double rest[16][4], stiffness[3], springs[16][3]; uint32_t arms; } Joint;
 
 static void product(const double a[4], const double b[4], double c[4]) {
     c[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
@@ -27,7 +33,7 @@ static void inverse(const double a[4], double c[4]) {
 static int32_t create(const WireloomKind *kind, const WireloomJointSpec *spec, void **instance,
                       WireloomJointDescription *description, WireloomText *message) {
     (void)kind;
-    if (CASE == 20 ? spec->arm_count > 16 : spec->arm_count != 2) {
+    if (IS_HUB ? spec->arm_count > 16 : spec->arm_count != 2) {
         strncpy(message->data, "it joins two arms, not more", message->capacity - 1);
         return WIRELOOM_STATUS_ERROR;
     }
@@ -46,39 +52,78 @@ static int32_t create(const WireloomKind *kind, const WireloomJointSpec *spec, v
     }
     description->mounting = CASE == 1    ? 0
                             : CASE == 2  ? 7
-                            : CASE == 20 ? WIRELOOM_MOUNTING_COMPLIANT_HUB
+                            : IS_HUB     ? WIRELOOM_MOUNTING_COMPLIANT_HUB
                                          : WIRELOOM_MOUNTING_POINT;
     description->thread_safe = 1;
+    if (CASE == 21) {
+        description->memory = no_slips;
+        description->memory_count = 2 * spec->arm_count;
+    }
+    joint->arms = spec->arm_count;
     *instance = CASE == 3 ? NULL : joint;
     return WIRELOOM_STATUS_OK;
 }
 
 static void destroy(void *instance) { free(instance); }
 
-// phi . C phi / 2 of the rotation vector phi of a quaternion.
-static double spring(const double q[4], const double stiffness[3]) {
+// The rotation vector of a quaternion.
+static void angles(const double q[4], double phi[3]) {
     const double length = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     const double sign = q[0] < 0 ? -1 : 1;
     const double factor = length > 1e-12 ? sign * 2 * atan2(length, sign * q[0]) / length : sign * 2;
+    for (int i = 0; i < 3; i++) phi[i] = factor * q[i + 1];
+}
+
+// phi . C phi / 2
+static double spring(const double phi[3], const double stiffness[3]) {
     double energy = 0;
-    for (int i = 0; i < 3; i++) energy += 0.5 * stiffness[i] * factor * q[i + 1] * factor * q[i + 1];
+    for (int i = 0; i < 3; i++) energy += 0.5 * stiffness[i] * phi[i] * phi[i];
     return energy;
 }
 
-// phi = log(q0^-1 q1 r1^-1 r0); of a hub h: phi = log(q^-1 h r) for each arm.
+// phi = log(q^-1 h r) of an arm and its hub h.
+static void of_arm(const Joint *joint, const double *frames, uint32_t arm, double phi[3]) {
+    double back[4], rest[4], all[4];
+    inverse(frames + 4 * arm, back);
+    product(frames + 4 * joint->arms, joint->rest[arm], rest);
+    product(back, rest, all);
+    angles(all, phi);
+}
+
+// What the element stores and dissipates from the slips p on: k d^2/2, or M d - M^2/2k beyond its limit.
+static double friction(const double phi[3], const double *p) {
+    const double d = hypot(phi[0] - p[0], phi[1] - p[1]);
+    return d > limit / element ? limit * d - 0.5 * limit * limit / element : 0.5 * element * d * d;
+}
+
+static int32_t commit(const void *instance, const double *frames, double *memory, WireloomText *message) {
+    (void)message;
+    const Joint *joint = instance;
+    for (uint32_t a = 0; a < joint->arms; a++) {
+        double phi[3], *p = memory + 2 * a;
+        of_arm(joint, frames, a, phi);
+        const double x = phi[0] - p[0], y = phi[1] - p[1], d = hypot(x, y), stays = limit / element;
+        // Above round-off, so that a second call changes nothing.
+        if (d > stays * (1 + 1e-10)) {
+            p[0] += x * (1 - stays / d);
+            p[1] += y * (1 - stays / d);
+        }
+    }
+    return WIRELOOM_STATUS_OK;
+}
+
+// phi = log(q0^-1 q1 r1^-1 r0); of a hub that of each arm.
 static int32_t evaluate(const void *instance, const double *frames, WireloomJointEvaluation *evaluation,
                         WireloomText *message) {
     (void)message;
     const Joint *joint = instance;
-    double back[4], turn[4], rest[4], all[4];
-    if (CASE == 20) {
-        const uint32_t hub = evaluation->arm_count - 1;
+    double back[4], turn[4], rest[4], all[4], phi[3];
+    if (IS_HUB) {
         double energy = 0;
-        for (uint32_t a = 0; a < hub; a++) {
-            inverse(frames + 4 * a, back);
-            product(frames + 4 * hub, joint->rest[a], rest);
-            product(back, rest, all);
-            energy += spring(all, joint->springs[a]);
+        for (uint32_t a = 0; a < joint->arms; a++) {
+            of_arm(joint, frames, a, phi);
+            energy += spring(phi, joint->springs[a]);
+            if (CASE == 21) energy += friction(phi, evaluation->memory + 2 * a);
         }
         *evaluation->energy = energy;
         return WIRELOOM_STATUS_OK;
@@ -88,7 +133,8 @@ static int32_t evaluate(const void *instance, const double *frames, WireloomJoin
     inverse(joint->rest[1], back);
     product(back, joint->rest[0], rest);
     product(turn, rest, all);
-    double energy = spring(all, joint->stiffness);
+    angles(all, phi);
+    double energy = spring(phi, joint->stiffness);
     if (CASE == 4) energy = NAN;
     if (CASE == 5) return -3;
     if (CASE == 6) for (;;) usleep(1000);
@@ -102,6 +148,7 @@ static const WireloomJointKind functions = {
     .create = create,
     .destroy = CASE == 10 ? NULL : destroy,
     .evaluate = CASE == 11 ? NULL : evaluate,
+    .commit = CASE == 21 ? commit : NULL,
 };
 
 static const WireloomKind kind = {

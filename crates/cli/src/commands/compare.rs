@@ -21,7 +21,7 @@ use wireloom::export::json;
 use wireloom::export::report::{ComparisonPage, write_comparison};
 use wireloom::plugins::open_regular_file;
 use wireloom::session::{Monitor, Observer, Progress};
-use wireloom::{Control, Status, StepResult};
+use wireloom::{Control, Run, Status, StepResult};
 
 /// Compares folders with results and scenarios, which are carried out, or one scenario with several settings.
 pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -116,7 +116,7 @@ fn title(arguments: &CompareArguments) -> String {
     }
 }
 
-fn is_scenario(path: &Path) -> bool {
+pub fn is_scenario(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
 }
 
@@ -157,7 +157,7 @@ fn tried(
     }
     let cases = loaded.into_iter().map(|(name, loaded)| {
         let ended = carry_out(loaded, &name, bar)?;
-        ended.map(|ending| case(name, ending)).transpose()
+        ended.map(|run| case(name, Ending::of(&run))).transpose()
     });
     until_interrupted(cases)
 }
@@ -175,7 +175,7 @@ fn gathered(inputs: &[PathBuf], trust: &Trust, bar: &Bar) -> Result<Vec<Case>, F
     let given = given.collect::<Result<Vec<_>, Failure>>()?;
     let cases = given.into_iter().zip(names(inputs)).map(|(given, name)| {
         let ended = match given {
-            Given::Scenario(loaded) => carry_out(*loaded, &name, bar)?,
+            Given::Scenario(loaded) => carry_out(*loaded, &name, bar)?.map(|run| Ending::of(&run)),
             Given::Result(ending) => Some(*ending),
         };
         ended.map(|ending| case(name, ending)).transpose()
@@ -203,18 +203,28 @@ fn case(name: String, ending: Option<Ending>) -> Result<Case, Failure> {
 
 /// The last equilibrium of a `result.json`, or of that of a folder.
 fn read(path: &Path) -> Result<Option<Ending>, Failure> {
-    let file = if path.is_dir() { path.join(RESULT) } else { path.to_owned() };
+    let file = result_of(path);
     let fields = || open_regular_file(&file.with_file_name(FIELDS), u64::MAX);
-    json::read_with(load::open(&file)?, fields).map_err(|error| match error.kind() {
+    json::read_with(load::open(&file)?, fields).map_err(no_result(&file))
+}
+
+/// The result in a folder, or the file itself.
+pub fn result_of(path: &Path) -> PathBuf {
+    if path.is_dir() { path.join(RESULT) } else { path.to_owned() }
+}
+
+/// A result that could not be read.
+pub fn no_result(file: &Path) -> impl Fn(io::Error) -> Failure {
+    move |error| match error.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
             Failure::Input(format!("{} is no result of `wireloom run`: {error}", file.display()))
         }
-        _ => Failure::io("read", &file)(error),
-    })
+        _ => Failure::io("read", file)(error),
+    }
 }
 
 /// Carries out a scenario; nothing is written. `None` where it was interrupted.
-fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Ending>>, Failure> {
+pub fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Run>, Failure> {
     let loaded = loaded.with_mesh(bar)?;
     let increments = size::increments(&loaded.built);
     let large = size::estimate(&loaded.built.network, increments)?.map(|words| format!(" ({words})"));
@@ -227,7 +237,7 @@ fn carry_out(loaded: Loaded, name: &str, bar: &Bar) -> Result<Option<Option<Endi
     if let Some(fault) = run.fault() {
         return Err(Failure::Part(fault.clone()));
     }
-    Ok(Some(Ending::of(&run)))
+    Ok(Some(run))
 }
 
 /// Shows the progress of a run.

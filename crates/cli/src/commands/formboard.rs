@@ -1,6 +1,6 @@
 //! `wireloom formboard`: the harness flat, its drawings, and a scenario of it.
 
-use super::import::ACCURACY;
+use super::import::{ACCURACY, source};
 use crate::arguments::values::too_large;
 use crate::arguments::{FormboardArguments, Paper};
 use crate::failure::{Failure, Outcome};
@@ -112,7 +112,8 @@ fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
         "kbl" | "xml" => {
             let text = load::text(file)?;
             let selection = variant.clone().map_or(kbl::Selection::All, kbl::Selection::Variant);
-            let options = kbl::Options { accuracy: Some(ACCURACY), selection, ..kbl::Options::default() };
+            let from = Some(source(file, &text));
+            let options = kbl::Options { accuracy: Some(ACCURACY), selection, file: from, ..kbl::Options::default() };
             let imported = kbl::import(&text, &options)
                 .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", file.display())))?;
             let registry = wireloom::registry();

@@ -12,7 +12,8 @@ use crate::print::text::found;
 use crate::size;
 use std::io::{self, Write};
 use std::path::Path;
-use wireloom::import::kbl::{Arrangement, Contents, Options, Order, Selection, Usage, contents, import};
+use wireloom::export::sha256;
+use wireloom::import::kbl::{Arrangement, Contents, Options, Order, Selection, Source, Usage, contents, import};
 
 /// The order of an assembly; nothing else has one.
 fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Failure> {
@@ -34,6 +35,12 @@ fn memory(arguments: &KblArguments, arrangement: Arrangement) -> Result<Option<f
         return Err(Failure::Input(message.to_owned()));
     }
     Ok(arguments.memory)
+}
+
+/// A KBL file, for the scenario that is made from it.
+pub fn source(path: &Path, text: &str) -> Source {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Source { name, sha256: sha256(text.as_bytes()) }
 }
 
 /// Accuracy of a mesh whose user asks for none.
@@ -67,6 +74,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
             None => Selection::Modules(arguments.modules.iter().map(|name| name.trim().to_owned()).collect()),
         },
         name: arguments.name.clone(),
+        file: Some(source(&arguments.file, &text)),
     };
     let imported = import(&text, &options).map_err(refused)?;
     drop(bar);

@@ -1,5 +1,8 @@
 //! Energy of the joints: `E = Σ E_j(q_1, …, q_k)` in the frames that it couples; see [`crate::JointModel`].
 
+use crate::conditions::{JointState, System};
+use crate::joint::JointShape;
+use crate::network::Joint;
 use crate::rotation::turned;
 use crate::terms::slope::{Contradiction, Slope, along};
 use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
@@ -18,28 +21,32 @@ impl JointTerm {
         Self { frames: Vec::with_capacity(arms), gradients: vec![Vector::zeros(); arms] }
     }
 
+    /// What the energy of a joint depends on, and room for the gradients in its frames.
+    fn at<'s>(&'s mut self, joint: &Joint, own: &'s JointState, state: &State) -> (JointShape<'s>, &'s mut [Vector]) {
+        self.frames.clear();
+        self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
+        let gradients = &mut self.gradients[..joint.coupled_frames.len()];
+        gradients.fill(Vector::zeros());
+        (JointShape { frames: &self.frames, memory: &own.memory }, gradients)
+    }
+
     /// Energy of the joints, J.
-    pub fn energy(&mut self, network: &Network, state: &State) -> f64 {
+    pub fn energy(&mut self, system: System<'_>, state: &State) -> f64 {
         let mut energy = 0.0;
-        for joint in &network.joints {
-            self.frames.clear();
-            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
-            energy += joint.model.energy(&self.frames);
+        for (joint, own) in system.joints() {
+            energy += joint.model.energy(&self.at(joint, own, state).0);
         }
         energy
     }
 
     /// Adds the first derivatives ∂E/∂θ_a (N m) in the frames of the joints, and the energies (J) to `energy`.
-    pub fn gradient(&mut self, network: &Network, state: &State, gradient: &mut Tangent, energy: &mut f64) {
-        for joint in &network.joints {
+    pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent, energy: &mut f64) {
+        for (joint, own) in system.joints() {
             if joint.coupled_frames.is_empty() {
                 continue;
             }
-            self.frames.clear();
-            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
-            let arms = &mut self.gradients[..joint.coupled_frames.len()];
-            arms.fill(Vector::zeros());
-            *energy += joint.model.add_gradient(&self.frames, arms);
+            let (shape, arms) = self.at(joint, own, state);
+            *energy += joint.model.add_gradient(&shape, arms);
             for (&c, g) in joint.coupled_frames.iter().zip(arms) {
                 gradient.frames[c] += *g;
             }
@@ -48,31 +55,38 @@ impl JointTerm {
 
     /// Writes the second derivatives ∂²E/∂θ_a∂θ_b of each joint: the k × k table of
     /// [`crate::JointModel::add_hessian`].
-    pub fn hessian(&mut self, network: &Network, state: &State, hessian: &mut [Vec<Matrix>]) {
-        for (joint, table) in network.joints.iter().zip(hessian) {
+    pub fn hessian(&mut self, system: System<'_>, state: &State, hessian: &mut [Vec<Matrix>]) {
+        for ((joint, own), table) in system.joints().zip(hessian) {
             table.fill(Matrix::zeros());
-            self.frames.clear();
-            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
-            joint.model.add_hessian(&self.frames, table);
+            joint.model.add_hessian(&self.at(joint, own, state).0, table);
         }
     }
 
+    /// State of every joint that remembers, by index, updated to `state`, the equilibrium that ends an increment.
+    pub fn memories(&mut self, system: System<'_>, state: &State) -> Vec<(usize, JointState)> {
+        let mut memories = Vec::new();
+        for (j, (joint, own)) in system.joints().enumerate().filter(|(_, (_, own))| !own.memory.is_empty()) {
+            let (mut memory, mut dissipated) = (own.memory.clone(), vec![0.0; own.dissipated.len()]);
+            joint.model.commit(&self.at(joint, own, state).0, &mut memory, &mut dissipated);
+            let totals = dissipated.iter().zip(&own.dissipated).map(|(last, before)| [*last, before[1] + last]);
+            memories.push((j, JointState { memory, dissipated: totals.collect() }));
+        }
+        memories
+    }
+
     /// First joint (by index) whose first derivatives at `state` are not those of its energy.
-    pub fn contradiction(&mut self, network: &Network, state: &State) -> Option<(usize, Contradiction)> {
-        network.joints.iter().enumerate().find_map(|(j, joint)| {
-            self.frames.clear();
-            self.frames.extend(joint.coupled_frames.iter().map(|&c| state.frames[c]));
-            let arms = &mut self.gradients[..joint.coupled_frames.len()];
-            arms.fill(Vector::zeros());
-            joint.model.add_gradient(&self.frames, arms);
+    pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Contradiction)> {
+        system.joints().enumerate().find_map(|(j, (joint, own))| {
+            let (shape, arms) = self.at(joint, own, state);
+            joint.model.add_gradient(&shape, arms);
             let mut slope = Slope::default();
             arms.iter().enumerate().for_each(|(a, g)| slope.add(g, &along(a)));
-            let mut moved = self.frames.clone();
+            let mut moved = shape.frames.to_vec();
             let found = slope.contradiction(|t| {
-                for (a, (q, from)) in moved.iter_mut().zip(&self.frames).enumerate() {
+                for (a, (q, from)) in moved.iter_mut().zip(shape.frames).enumerate() {
                     *q = turned(from, &(along(a) * t));
                 }
-                joint.model.energy(&moved)
+                joint.model.energy(&JointShape { frames: &moved, ..shape })
             });
             found.map(|found| (j, found))
         })

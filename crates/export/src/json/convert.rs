@@ -1,9 +1,9 @@
 //! From and to the results of `wireloom-core`.
 
 use super::document::{
-    Branch, BranchError, Clearance, Constraint, Deviation, DeviationCause, Document, Energy, Event, Fault, Friction,
-    Increment, Joint, Marker, Minimiser, Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span, Station,
-    Step, TightestBend, Violation,
+    ArmFriction, Branch, BranchError, Clearance, Constraint, Deviation, DeviationCause, Document, Energy, Event, Fault,
+    Friction, Increment, Joint, Marker, Minimiser, Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span,
+    Station, Step, TightestBend, Violation,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, FieldsFile, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
@@ -496,11 +496,44 @@ pub fn same_lengths(name: &str, s: usize, others: &[usize]) -> Result<(), Refusa
 
 impl Joint {
     fn of(joint: &core::JointResult) -> Self {
-        Self { position: written(&joint.position), orientation: quaternion(&joint.orientation) }
+        let core::JointResult { name: _, position, orientation, friction } = joint;
+        let of_arm = |own: &core::ArmFriction| (own.branch.clone(), ArmFriction::of(own));
+        Self {
+            position: written(position),
+            orientation: quaternion(orientation),
+            friction: friction.iter().map(of_arm).collect(),
+        }
     }
 
     fn result(self, name: String) -> core::JointResult {
-        core::JointResult { name, position: vector(self.position), orientation: rotation(self.orientation) }
+        core::JointResult {
+            name,
+            position: vector(self.position),
+            orientation: rotation(self.orientation),
+            friction: self.friction.0.into_iter().map(|(branch, own)| own.friction(branch)).collect(),
+        }
+    }
+}
+
+impl ArmFriction {
+    fn of(friction: &core::ArmFriction) -> Self {
+        let core::ArmFriction { branch: _, starts_here, set, dissipated, dissipated_in_all } = friction;
+        Self {
+            starts_here: *starts_here,
+            set: written(set),
+            dissipated: Number(*dissipated),
+            dissipated_in_all: Number(*dissipated_in_all),
+        }
+    }
+
+    fn friction(self, branch: String) -> core::ArmFriction {
+        core::ArmFriction {
+            branch,
+            starts_here: self.starts_here,
+            set: vector(self.set),
+            dissipated: self.dissipated.0,
+            dissipated_in_all: self.dissipated_in_all.0,
+        }
     }
 }
 

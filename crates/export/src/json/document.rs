@@ -327,6 +327,19 @@ pub struct BranchError {
 pub struct Joint {
     pub position: Vector3,
     pub orientation: Quaternion,
+    /// By the branch of the arm.
+    #[serde(default, skip_serializing_if = "Entries::is_empty")]
+    pub friction: Entries<ArmFriction>,
+}
+
+/// What slips between an arm and its hub: whether its branch starts there; set (about d1, d2, d3), rad; energies, J.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ArmFriction {
+    pub starts_here: bool,
+    pub set: Vector3,
+    pub dissipated: Number,
+    pub dissipated_in_all: Number,
 }
 
 /// A constraint: where it holds, what it exerts on the harness, and the outputs of its kind (SI).

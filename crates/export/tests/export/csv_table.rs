@@ -2,8 +2,8 @@
 
 use crate::samples::{broken, y_harness};
 use wireloom_core::Vector;
-use wireloom_core::equilibrium::FrictionResult;
-use wireloom_export::csv::{HEADER, SET_HEADER, write};
+use wireloom_core::equilibrium::{ArmFriction, FrictionResult};
+use wireloom_export::csv::{ARMS_HEADER, HEADER, SET_HEADER, write, write_arms};
 
 fn table(branch: &wireloom_core::equilibrium::BranchResult) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut bytes = Vec::new();
@@ -49,6 +49,18 @@ fn a_branch_with_friction_has_its_set() {
     }
     branch.friction.as_mut().expect("it has some").set.pop();
     assert!(write(&branch, &mut Vec::new()).is_err(), "a set of another length");
+}
+
+#[test]
+fn arms_that_slip_have_a_row_each() {
+    let mut joints = y_harness().joints;
+    let set = Vector::new(0.1, -1.0 / 3.0, 0.0);
+    let arm = ArmFriction { branch: "left".into(), starts_here: true, set, dissipated: 0.1, dissipated_in_all: 0.3 };
+    joints[0].friction = vec![arm];
+    let mut bytes = Vec::new();
+    write_arms(&joints, &mut bytes).unwrap();
+    let wanted = format!("{}\n{},left,0.1,-0.3333333333333333,0.0,0.1,0.3\n", ARMS_HEADER.join(","), joints[0].name);
+    assert_eq!(String::from_utf8(bytes).unwrap(), wanted);
 }
 
 #[test]

@@ -4,8 +4,8 @@ use crate::samples::{among_obstacles, broken, run, step, v, y_harness};
 use serde_json::Value;
 use wireloom_core::equilibrium::Violation;
 use wireloom_core::equilibrium::{
-    OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult, StationResult,
-    TightestBend,
+    ArmFriction, OperationResult, Outcome, PartFamily, PartFault, Run, SlideMotion, SlideResult, SpanResult,
+    StationResult, TightestBend,
 };
 use wireloom_core::requirement::{Bound, Measure, Severity};
 use wireloom_core::rotation::columns;
@@ -65,9 +65,16 @@ fn same(a: &Value, b: &Value, key: &str) -> bool {
     }
 }
 
+/// What slips at an arm.
+fn slipped() -> ArmFriction {
+    let set = v(0.1, -1.0 / 3.0, 0.0);
+    ArmFriction { branch: "left".into(), starts_here: true, set, dissipated: 0.1, dissipated_in_all: 1.0 / 3.0 }
+}
+
 #[test]
 fn what_is_written_is_read_back() {
     let mut rich = y_harness();
+    rich.joints[0].friction = vec![slipped()];
     let station = StationResult { position: v(0.0, 0.0, 1.0), force: v(1.0, 0.0, 0.0), moment: v(0.0, 1.0, 0.0) };
     rich.constraints[0].stations = vec![station.clone(), station];
     rich.constraints[1].slide = Some(SlideResult {
@@ -104,6 +111,7 @@ fn what_is_written_is_read_back() {
         let again = wireloom_export::json::read_run(written.to_string().as_bytes()).expect("a result");
         assert!(same(&written, &parsed(&again), ""), "{}", run.scenario);
         assert_eq!(again.steps[0].violations, run.steps[0].violations);
+        assert_eq!(again.steps[0].joints, run.steps[0].joints);
         assert_eq!((&again.events, again.status()), (&run.events, run.status()));
     }
 }
@@ -362,6 +370,18 @@ fn a_branch_with_friction_has_its_set_and_its_losses() {
     assert_eq!(own["dissipated_in_all"].as_f64(), Some(friction.dissipated_in_all));
     assert_eq!(own["set"][3][1].as_f64(), Some(friction.set[3].y));
     assert!(branches["left"].get("friction").is_none());
+}
+
+#[test]
+fn arms_that_slip_have_their_set_and_their_losses() {
+    let mut step = y_harness();
+    let arm = slipped();
+    step.joints[0].friction = vec![arm.clone()];
+    let name = step.joints[0].name.clone();
+    let value = parsed(&run("y", vec![step]));
+    let own = &value["steps"][0]["joints"][&name]["friction"]["left"];
+    assert_eq!(keys(own), ["starts_here", "set", "dissipated", "dissipated_in_all"]);
+    assert_eq!(floats(&own["set"]), arm.set.as_slice());
 }
 
 #[test]

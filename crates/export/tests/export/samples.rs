@@ -78,7 +78,7 @@ pub fn constraint(name: &str, kind: &str, position: Vector, force: Vector) -> Co
 }
 
 pub fn joint(name: &str, position: Vector) -> JointResult {
-    JointResult { name: name.into(), position, orientation: Rotation::identity() }
+    JointResult { name: name.into(), position, orientation: Rotation::identity(), friction: vec![] }
 }
 
 pub fn step(branches: Vec<BranchResult>, joints: Vec<JointResult>, constraints: Vec<ConstraintResult>) -> StepResult {

@@ -3,7 +3,7 @@
 use crate::samples::{broken, run, step, y_harness};
 use std::collections::BTreeMap;
 use wireloom_core::Vector;
-use wireloom_core::equilibrium::{FrictionResult, Violation};
+use wireloom_core::equilibrium::{ArmFriction, FrictionResult, Violation};
 use wireloom_core::requirement::{Bound, Measure, Severity};
 use wireloom_core::{EventPlace, StepResult};
 use wireloom_export::vtk::{SeriesFile, times, write, write_series, write_surfaces};
@@ -99,6 +99,27 @@ fn sets_are_there_where_a_branch_has_friction() {
     let own: Vec<f64> = set.iter().flat_map(|set| set.iter().copied()).collect();
     assert_eq!((components, &values[before..][..own.len()]), (3, &own[..]));
     assert!(values[..before].iter().chain(&values[before + own.len()..]).all(|x| *x == 0.0));
+}
+
+#[test]
+fn sets_of_arms_are_at_the_ends_of_their_branches() {
+    let name = "set at joint d1 d2 d3 [rad]";
+    let mut step = y_harness();
+    assert!(!read(&step).arrays.contains_key(name));
+    let arm = |branch: usize, starts_here: bool, x: f64| ArmFriction {
+        branch: step.branches[branch].name.clone(),
+        starts_here,
+        set: Vector::new(x, 2.0 * x, 3.0 * x),
+        dissipated: 0.1,
+        dissipated_in_all: 0.3,
+    };
+    let friction = vec![arm(0, false, 0.125), arm(1, true, 0.25)];
+    step.joints[0].friction = friction;
+    let (components, values) = read(&step).arrays.remove(name).expect("an array");
+    let nodes = step.branches[0].s.len();
+    assert_eq!((components, &values[3 * nodes - 3..3 * nodes + 3]), (3, &[0.125, 0.25, 0.375, 0.25, 0.5, 0.75][..]));
+    let others = values[..3 * nodes - 3].iter().chain(&values[3 * nodes + 3..]);
+    assert!(others.copied().all(|x| x == 0.0), "{values:?}");
 }
 
 #[test]

@@ -107,6 +107,7 @@ impl Holding<'_> {
                 frame: curve.frame(if end.starts { 0.0 } else { curve.length }),
                 mass: first.mass.unwrap_or(0.0),
                 of: Some(first.id.clone()),
+                assignment: None,
                 remark: format!("{}: {labels}", node.id),
             });
         }
@@ -176,6 +177,7 @@ impl Holding<'_> {
                 frame: laid.curve.frame_along(seat.drawn_s, &seat.tangent),
                 mass: 0.0,
                 of: seat.fixing.of.clone(),
+                assignment: Some(seat.fixing.id.clone()),
                 remark: format!("{}: {}", segment.id, seat.fixing.id),
             });
         }
@@ -184,7 +186,7 @@ impl Holding<'_> {
 
     /// Place of a fixing on the drawn curve: the point nearest to the drawn fixing, if that is near the stated place;
     /// the stated place if the fixing is not drawn.
-    fn seat<'f>(
+    pub(super) fn seat<'f>(
         &self,
         segment: &Segment,
         laid: &Laid,
@@ -290,6 +292,7 @@ impl Holding<'_> {
                 frame: curve.frame(if starts { 0.0 } else { curve.length }),
                 mass: 0.0,
                 of: None,
+                assignment: None,
                 remark: format!("{id}: nothing else holds this piece of the harness"),
             });
         }
@@ -333,12 +336,13 @@ impl Restraint {
 }
 
 /// A fixing with its place on the drawn curve.
-struct Seat<'f> {
+pub(super) struct Seat<'f> {
     fixing: &'f Fixing,
     what: String,
     /// Arc length on the drawn curve, m.
-    drawn_s: f64,
-    tangent: Vector,
+    pub drawn_s: f64,
+    /// Unit tangent of the cable.
+    pub tangent: Vector,
 }
 
 /// Reports spans between constraints of a branch that are shorter than the distance of their ends.

@@ -29,18 +29,29 @@ pub(super) struct Polygon {
     pub points: Vec<Vector>,
 }
 
-/// The two interpretations of a KBL curve, which has no knots.
+/// The two interpretations of a KBL curve, which has no knots. The schema says "uniform", with knots of multiplicity 1;
+/// its implementation guideline allows both, as both are in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Knots {
+pub(super) enum Knots {
     /// u_i = i: the curve does not touch its first and last control point.
     Uniform,
     /// First and last knot repeated: the curve starts and ends on control points.
     Clamped,
 }
 
+impl Knots {
+    /// The knots of a spline of degree `p` with `n` control points.
+    pub fn of(self, p: usize, n: usize) -> Vec<f64> {
+        match self {
+            Knots::Uniform => (0..n + p + 1).map(|i| i as f64).collect(),
+            Knots::Clamped => (0..n + p + 1).map(|i| i.clamp(p, n) as f64).collect(),
+        }
+    }
+}
+
 /// One B-spline with its knots, traversed forwards or backwards.
 #[derive(Clone, Debug)]
-struct Piece {
+pub(super) struct Piece {
     degree: usize,
     points: Vec<Vector>,
     knots: Vec<f64>,
@@ -48,13 +59,9 @@ struct Piece {
 }
 
 impl Piece {
-    fn new(polygon: &Polygon, reading: Knots) -> Self {
-        let (p, n) = (polygon.degree, polygon.points.len());
-        let knots = match reading {
-            Knots::Uniform => (0..n + p + 1).map(|i| i as f64).collect(),
-            Knots::Clamped => (0..n + p + 1).map(|i| i.clamp(p, n) as f64).collect(),
-        };
-        Self { degree: p, points: polygon.points.clone(), knots, reversed: false }
+    pub fn new(polygon: &Polygon, reading: Knots) -> Self {
+        let knots = reading.of(polygon.degree, polygon.points.len());
+        Self { degree: polygon.degree, points: polygon.points.clone(), knots, reversed: false }
     }
 
     fn steps(&self) -> usize {
@@ -70,7 +77,7 @@ impl Piece {
         first + (last - first) * if self.reversed { 1.0 - t } else { t }
     }
 
-    fn point(&self, t: f64) -> Vector {
+    pub fn point(&self, t: f64) -> Vector {
         de_boor(self.degree, &self.points, &self.knots, self.parameter(t))
     }
 
@@ -93,16 +100,19 @@ impl Piece {
     }
 }
 
-/// De Boor's algorithm:
-/// `d_j ← (1 − α) d_{j−1} + α d_j`, `α = (u − u_{j+k−p}) / (u_{j+1+k−r} − u_{j+k−p})`,
-/// for r = 1..p, with u in the knot span k.
+/// De Boor's algorithm: the blossom at p equal arguments.
 fn de_boor(p: usize, points: &[Vector], knots: &[f64], u: f64) -> Vector {
-    let k = span(p, points.len(), knots, u);
+    blossom(p, points, knots, span(p, points.len(), knots, u), |_| u)
+}
+
+/// The blossom of the polynomial of the knot span k at p arguments `u_r`:
+/// `d_j ← (1 − α) d_{j−1} + α d_j`, `α = (u_r − u_{j+k−p}) / (u_{j+1+k−r} − u_{j+k−p})`, for r = 1..p.
+pub(super) fn blossom(p: usize, points: &[Vector], knots: &[f64], k: usize, u: impl Fn(usize) -> f64) -> Vector {
     let mut d: Vec<Vector> = points[k - p..=k].to_vec();
     for r in 1..=p {
         for j in (r..=p).rev() {
             let low = knots[j + k - p];
-            let alpha = (u - low) / (knots[j + 1 + k - r] - low);
+            let alpha = (u(r) - low) / (knots[j + 1 + k - r] - low);
             d[j] = d[j - 1] * (1.0 - alpha) + d[j] * alpha;
         }
     }
@@ -111,7 +121,7 @@ fn de_boor(p: usize, points: &[Vector], knots: &[f64], u: f64) -> Vector {
 
 /// The knot span k of a parameter: `u_k ≤ u < u_{k+1}`, among those of a spline of degree `p` with `points` control
 /// points.
-fn span(p: usize, points: usize, knots: &[f64], u: f64) -> usize {
+pub(super) fn span(p: usize, points: usize, knots: &[f64], u: f64) -> usize {
     p + knots[p + 1..points].partition_point(|knot| *knot <= u)
 }
 
@@ -127,6 +137,8 @@ struct Sample {
 /// Pieces in order, with a table of arc lengths.
 #[derive(Clone, Debug)]
 struct Chain {
+    /// How its pieces are interpreted.
+    reading: Knots,
     pieces: Vec<Piece>,
     samples: Vec<Sample>,
     /// Largest gap between one piece and the next, m.
@@ -148,10 +160,10 @@ impl Chain {
             pieces[i].reversed = turned < as_is;
             gap = gap.max(as_is.min(turned));
         }
-        Self::tabulated(pieces, gap)
+        Self::tabulated(reading, pieces, gap)
     }
 
-    fn tabulated(pieces: Vec<Piece>, gap: f64) -> Self {
+    fn tabulated(reading: Knots, pieces: Vec<Piece>, gap: f64) -> Self {
         let mut samples: Vec<Sample> = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
             let steps = piece.steps();
@@ -162,12 +174,12 @@ impl Chain {
                 samples.push(Sample { s, piece: index, t, x });
             }
         }
-        Self { pieces, samples, gap }
+        Self { reading, pieces, samples, gap }
     }
 
     fn backwards(&self) -> Self {
         let pieces = self.pieces.iter().rev().map(|p| Piece { reversed: !p.reversed, ..p.clone() }).collect();
-        Self::tabulated(pieces, self.gap)
+        Self::tabulated(self.reading, pieces, self.gap)
     }
 
     fn start(&self) -> Vector {
@@ -217,7 +229,7 @@ impl Chain {
 }
 
 /// Minimum of a function with one minimum between `low` and `high`: ternary search.
-fn minimum(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn minimum(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..80 {
         let third = (high - low) / 3.0;
         if f(low + third) <= f(high - third) { high -= third } else { low += third }
@@ -307,9 +319,14 @@ impl Curve {
 
     fn straight(from: Vector, to: Vector) -> Self {
         let piece = Piece::new(&Polygon { degree: 1, points: vec![from, to] }, Knots::Clamped);
-        let chain = Chain::tabulated(vec![piece], 0.0);
+        let chain = Chain::tabulated(Knots::Clamped, vec![piece], 0.0);
         let length = chain.length();
         Self { chain, first: 0.0, length, shift: [Vector::zeros(); 2] }
+    }
+
+    /// How the knots of the file are interpreted; `None` for polylines, which are the same with both.
+    pub fn reading(&self) -> Option<Knots> {
+        self.chain.pieces.iter().any(|piece| piece.degree > 1).then_some(self.chain.reading)
     }
 
     /// Point at arc length s ∈ [0, length], m.

@@ -18,7 +18,7 @@ mod parts;
 mod tolerances;
 mod usage;
 mod wires;
-mod xml;
+pub(super) mod xml;
 
 pub(super) use identities::{End, Listed, ListedPlace, Wiring};
 pub(super) use modules::contents;
@@ -193,7 +193,8 @@ pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -
     Ok(Document { name: reader.name(root), nodes, segments, wires, listed, wiring, elements })
 }
 
-fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, ImportError> {
+/// The elements by their ids, which differ.
+pub(super) fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, ImportError> {
     let mut ids: HashMap<&str, Xml> = HashMap::new();
     for node in root.descendants() {
         if let Some(id) = node.attribute("id")

@@ -23,6 +23,17 @@ pub struct Options {
     pub selection: Selection,
     /// Name of the scenario; `None`: the description or part number of the harness.
     pub name: Option<String>,
+    /// The KBL file, which the scenario then names, so that results can be written back into it.
+    pub file: Option<Source>,
+}
+
+/// A KBL file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Its name.
+    pub name: String,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub sha256: String,
 }
 
 impl Default for Options {
@@ -36,6 +47,7 @@ impl Default for Options {
             order,
             selection: Selection::All,
             name: None,
+            file: None,
         }
     }
 }

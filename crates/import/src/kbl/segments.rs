@@ -11,6 +11,8 @@ use wireloom_scenario::bundle::{Bundle, PACKING};
 /// A segment with its centre line and its make-up.
 pub(super) struct Laid {
     pub curve: Curve,
+    /// How the curves of the file agree with the nodes.
+    pub fit: Fit,
     pub length: f64,
     pub makeup: Makeup,
     pub bundle: Bundle,
@@ -87,7 +89,7 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
                     &segment.id,
                 );
             }
-            Laid { curve, length, makeup, bundle }
+            Laid { curve, fit, length, makeup, bundle }
         })
         .collect();
     if lengths > 0.0 && !(0.5..2.0).contains(&(arcs / lengths)) {

@@ -5,7 +5,7 @@ use super::board::{self, Board, Peg};
 use super::curve::Vector;
 use super::findings::Findings;
 use super::harness::{Branch, Constraint, Harness, Place, Role, Section};
-use super::options::{Arrangement, Options};
+use super::options::{Arrangement, Options, Source};
 use super::section::{self, Types};
 use super::tree::Tree;
 use super::usage::Usage;
@@ -75,6 +75,10 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
         .then(|| board::lay(harness, &tree, options.memory_of_board(), findings));
     let mut out = String::new();
     header(&mut out, harness, options);
+    if let Some(Source { name, sha256 }) = &options.file {
+        let _ = writeln!(out, "\n# The KBL file, into which `wireloom export kbl` writes results back.\n[kbl]");
+        let _ = writeln!(out, "file = {}\nsha256 = {}", quoted(name), quoted(sha256));
+    }
     let name_of = |vertex: usize| &harness.vertices[vertex].name;
     write_types(&mut out, &harness.types);
     for section in &harness.sections {
@@ -89,6 +93,7 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
         let _ = writeln!(out, "from = {}\nto = {}", quoted(name_of(branch.ends[0])), quoted(name_of(branch.ends[1])));
         let _ = writeln!(out, "section = {}", quoted(&harness.sections[branch.section].name));
         let _ = writeln!(out, "length = {}", significant(branch.length, 9));
+        write_text(&mut out, "kbl", Some(&branch.segment));
         if options.accuracy.is_none() {
             let _ = writeln!(out, "max_segment = \"{} mm\"", significant(options.max_segment * 1e3, 9));
         }
@@ -407,6 +412,7 @@ fn write_steps(out: &mut String, harness: &Harness, tree: &Tree, board: &Board, 
         let _ = writeln!(out, "[[steps.{operation}]]\nname = {}", quoted(&constraint.name));
         write_seat(out, harness, constraint);
         write_identity(out, &harness.identities[install.constraint]);
+        write_text(out, "kbl", constraint.assignment.as_deref());
     }
     let installed = assembly.installs.iter().map(|install| harness.constraints[install.constraint].at);
     let clipped: HashSet<usize> = installed.map(|at| tree.root_of(harness, at)).collect();
@@ -453,6 +459,7 @@ fn write_constraint(out: &mut String, harness: &Harness, constraint: &Constraint
     let _ = writeln!(out, "kind = \"{kind}\"");
     write_seat(out, harness, constraint);
     write_identity(out, identity);
+    write_text(out, "kbl", constraint.assignment.as_deref());
 }
 
 /// Writes the place that a constraint attaches to, and the pose that it holds.

@@ -33,7 +33,7 @@ use super::pair::Pair;
 use super::sharing::shared;
 use crate::kernel::rotation_matrix;
 use nalgebra::{Quaternion, Unit};
-use wireloom_core::joint::{Arm, Continuation, JointModel, JointSpec, Mounting};
+use wireloom_core::joint::{Arm, Continuation, JointModel, JointShape, JointSpec, Mounting};
 use wireloom_core::law::JointLaw;
 use wireloom_core::registry::{BuildError, Form, JointKind, Parameter, Quantity};
 use wireloom_core::{Matrix, Rotation, Vector};
@@ -193,6 +193,7 @@ impl Pair {
             curvature: Vector::zeros(),
             alpha: arms[0].rest.inverse() * frame,
             beta: arms[1].rest.inverse() * frame,
+            slips: None,
         }
     }
 
@@ -241,6 +242,7 @@ impl Pair {
             // conj(q_a α) (q_b β) = h̄ p̄_a p_b h̄.
             alpha: into * h,
             beta: out * h.inverse(),
+            slips: None,
         }
     }
 }
@@ -266,23 +268,23 @@ impl JointModel for CosseratJoint {
         self.continued.is_some()
     }
 
-    fn energy(&self, frames: &[Rotation]) -> f64 {
-        let of_pairs: f64 = self.pairs.iter().map(|pair| pair.energy(frames)).sum();
-        of_pairs + self.continued.as_ref().map_or(0.0, |rod| rod.energy(frames))
+    fn energy(&self, shape: &JointShape<'_>) -> f64 {
+        let of_pairs: f64 = self.pairs.iter().map(|pair| pair.energy(shape)).sum();
+        of_pairs + self.continued.as_ref().map_or(0.0, |rod| rod.energy(shape.frames))
     }
 
-    fn add_gradient(&self, frames: &[Rotation], gradient: &mut [Vector]) -> f64 {
+    fn add_gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> f64 {
         let mut energy = 0.0;
         for pair in &self.pairs {
-            energy += pair.add_gradient(frames, gradient);
+            energy += pair.add_gradient(shape, gradient);
         }
-        energy + self.continued.as_ref().map_or(0.0, |rod| rod.add_gradient(frames, gradient))
+        energy + self.continued.as_ref().map_or(0.0, |rod| rod.add_gradient(shape.frames, gradient))
     }
 
-    fn add_hessian(&self, frames: &[Rotation], hessian: &mut [Matrix]) {
-        self.pairs.iter().for_each(|pair| pair.add_hessian(frames, hessian));
+    fn add_hessian(&self, shape: &JointShape<'_>, hessian: &mut [Matrix]) {
+        self.pairs.iter().for_each(|pair| pair.add_hessian(shape, hessian));
         if let Some(rod) = &self.continued {
-            rod.add_hessian(frames, hessian);
+            rod.add_hessian(shape.frames, hessian);
         }
     }
 

@@ -1,9 +1,9 @@
 //! Joints that are rigid hubs: `rigid-body` and `fused`. Arms leave them at fixed poses; neither has an energy.
 
-use wireloom_core::joint::{JointModel, Mounting};
+use wireloom_core::joint::{JointModel, JointShape, Mounting};
 use wireloom_core::law::JointLaw;
 use wireloom_core::registry::{BuildError, JointKind, Parameter};
-use wireloom_core::{Matrix, Rotation, Vector};
+use wireloom_core::{Matrix, Vector};
 
 /// The parameter `length` of hubs.
 pub(super) fn unused_length() -> Parameter {
@@ -18,15 +18,15 @@ impl JointModel for Hub {
         Mounting::Pose
     }
 
-    fn energy(&self, _: &[Rotation]) -> f64 {
+    fn energy(&self, _: &JointShape<'_>) -> f64 {
         0.0
     }
 
-    fn add_gradient(&self, _: &[Rotation], _: &mut [Vector]) -> f64 {
+    fn add_gradient(&self, _: &JointShape<'_>, _: &mut [Vector]) -> f64 {
         0.0
     }
 
-    fn add_hessian(&self, _: &[Rotation], _: &mut [Matrix]) {}
+    fn add_hessian(&self, _: &JointShape<'_>, _: &mut [Matrix]) {}
 
     fn law(&self) -> Option<JointLaw> {
         Some(JointLaw { pairs: vec![] })

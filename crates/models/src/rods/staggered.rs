@@ -4,9 +4,9 @@
 
 use crate::kernel::{
     BendTwist, BlendedStretchShear, SegmentStiffness, Stencil, StretchShear, edge_stiffness, rotation_matrix,
+    turn_of_curvature,
 };
 use crate::variation::Variation;
-use nalgebra::{Quaternion, Unit};
 use std::ops::Range;
 use wireloom_core::law::{RodLaw, SegmentLaw};
 use wireloom_core::rod::{
@@ -444,18 +444,7 @@ impl RodSegment for StaggeredRod {
         })
     }
 
-    /// The rotation whose imaginary part v has `(1 + |v|²/6) v = (λ/2) κ°`.
     fn rest_rotation(&self, coupling: usize) -> Rotation {
-        let half = self.curvature * (0.5 * self.mesh.coupling_lengths[coupling]);
-        let wanted = half.norm();
-        if wanted == 0.0 {
-            return Rotation::identity();
-        }
-        let mut v = wanted.sin();
-        for _ in 0..20 {
-            v -= (v * (1.0 + v * v / 6.0) - wanted) / (1.0 + 0.5 * v * v);
-        }
-        let w = (1.0 - v * v).max(0.0).sqrt();
-        Unit::new_normalize(Quaternion::from_parts(w, half * (v / wanted)))
+        turn_of_curvature(&self.curvature, self.mesh.coupling_lengths[coupling])
     }
 }

@@ -135,6 +135,11 @@ class Joint:
     """m, shape (3,)."""
     orientation: Array
     """Quaternion `[w, x, y, z]`, shape (4,)."""
+    set: Mapping[str, Array]
+    """Set of each arm that slips on its hub, by branch: turn of the arm from its rest direction that would remain if
+    nothing exerted a moment on it, about d1, d2 and d3 of the branch, rad, shape (3,)."""
+    dissipated: Mapping[str, tuple[float, float]]
+    """Energy dissipated at each of these arms, J: in the increment that ends here, and since the start."""
 
 
 _Row = TypeVar("_Row")
@@ -403,8 +408,12 @@ class Step:
     @cached_property
     def joints(self) -> Mapping[str, Joint]:
         """Joints by name."""
-        joints = self._handle.joints()
-        return MappingProxyType({name: Joint(np.array(x), np.array(q)) for name, x, q in joints})
+        all: dict[str, Joint] = {}
+        for name, x, q, arms in self._handle.joints():
+            turns = MappingProxyType({branch: np.array(turn) for branch, turn, _ in arms})
+            dissipated = MappingProxyType({branch: energy for branch, _, energy in arms})
+            all[name] = Joint(np.array(x), np.array(q), turns, dissipated)
+        return MappingProxyType(all)
 
     @cached_property
     def mechanisms(self) -> Mapping[str, Mapping[str, list[float]]]:

@@ -359,7 +359,8 @@ class Joint(_Base):
     """The energy of a joint by the frames of its arms, which meet in a point or are fixed to a compliant hub.
 
     Subclass it with `kind`, and give `energy`. It is at least 0, 0 at the rest directions, and unchanged by a common
-    rotation and by a reversal of a branch.
+    rotation and by a reversal of a branch. A joint that remembers gives `memory` and `commit`, too, and reads
+    `self.remembered` in `energy` and `gradient`.
 
     Args:
         kind: name in scenarios.
@@ -372,6 +373,8 @@ class Joint(_Base):
     """The arms, in the order of the scenario."""
     wires: tuple[tuple[int, int, float], ...]
     """Pairs of arms, and the fraction of the wires of the first that passes to the second."""
+    remembered: Array
+    """What it remembers at the start of the increment, set before each call; empty where it has no `memory`."""
     _at_stations = False
     _hub = False
 
@@ -392,6 +395,14 @@ class Joint(_Base):
     def gradient(self, frames: Array) -> object:
         """∂E/∂θ of each frame (N m, in its own axes), shape (k, 3). Optional; else it is taken by differences."""
         raise NotImplementedError
+
+    def memory(self) -> Sequence[float]:
+        """What it remembers at rest: numbers that are fixed during an increment."""
+        return ()
+
+    def commit(self, frames: Array) -> Sequence[float]:
+        """What it remembers after the increment that ended with these frames. With it the gradient stays as it was."""
+        raise NotImplementedError(f"{type(self).__name__} has a memory and no commit")
 
     @classmethod
     def _part(cls) -> DeclaredPart:
@@ -503,16 +514,28 @@ class _JointAdapter:
     def __init__(self, part: Joint, has_gradient: bool) -> None:
         self._part, self._has_gradient = part, has_gradient
         self.at_stations, self.hub = part._at_stations, part._hub
+        self.memory = [float(x) for x in part.memory()]
+
+    def _read(self, numbers: bytes) -> Array:
+        """The frames; what is remembered goes to the part."""
+        flat = np.frombuffer(numbers)
+        end = len(flat) - len(self.memory)
+        self._part.remembered = flat[end:]
+        return _frames(flat[:end].reshape(-1, 4))
 
     def energy(self, numbers: bytes, _progress: float) -> float:
-        return float(self._part.energy(_frames(np.frombuffer(numbers).reshape(-1, 4))))
+        return float(self._part.energy(self._read(numbers)))
 
     def gradient(self, numbers: bytes, _progress: float) -> tuple[float, bytes] | None:
         if not self._has_gradient:
             return None
-        frames = _frames(np.frombuffer(numbers).reshape(-1, 4))
+        frames = self._read(numbers)
         slopes = _shaped("the gradient", self._part.gradient(frames), (len(frames), 3))
         return (float(self._part.energy(frames)), slopes.tobytes())
+
+    def commit(self, numbers: bytes, _progress: float) -> list[float]:
+        frames = self._read(numbers)
+        return [float(x) for x in self._part.commit(frames)] if self.memory else []
 
 
 Part: TypeAlias = type[Constraint] | type[Joint]

@@ -190,7 +190,7 @@ impl Scenario {
                 starts_here: arm.starts_here,
                 rest: arm.rest,
                 offset: arm.offset,
-                spring: arm.spring,
+                spring: arm.spring.clone(),
                 section: self.sections[branch.section].clone(),
                 curvature: branch.curvature,
                 length: branch.length,

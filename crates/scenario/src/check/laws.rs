@@ -1,7 +1,7 @@
-//! Sections that are not linear: combinations that would leave their laws out are refused.
+//! Sections and arms that are not linear: combinations that would leave their laws out are refused.
 
 use crate::fault::Fault;
-use crate::scenario::Scenario;
+use crate::scenario::{Arm, Scenario};
 use wireloom_core::law::RodLaw;
 use wireloom_core::network::Place;
 use wireloom_core::section::SectionLaws;
@@ -9,7 +9,8 @@ use wireloom_core::{Mounting, Network, Section};
 
 /// Refuses branches whose section has friction, a set, creep or curves where their rod does not say that it has them,
 /// where a joint couples them without, and, as what is remembered stays with the material, where the mesh of one that
-/// remembers moves along the cable; and times of steps where nothing creeps.
+/// remembers moves along the cable; arms with friction whose joint does not say that it has it; and times of steps
+/// where nothing creeps.
 pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     let creeps = network.branches.iter().any(|branch| !branch.section.laws.creep.is_empty());
@@ -38,6 +39,19 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
         }
     }
     for (own, joint) in scenario.joints.iter().zip(&network.joints) {
+        let pairs = joint.model.law().map_or_else(Vec::new, |law| law.pairs);
+        let left_out = |(a, arm): &(usize, &Arm)| {
+            let friction = &arm.spring.friction;
+            !friction.is_empty() && !pairs.iter().any(|pair| pair.a == *a && pair.friction == *friction)
+        };
+        if let Some((_, arm)) = own.arms.iter().enumerate().find(left_out) {
+            let message = format!(
+                "joint \"{}\": its arm \"{}\" has `friction`, and its model \"{}\" does not say that it models this",
+                own.name, network.branches[arm.branch].name, own.model
+            );
+            let help = "use model = \"compliant-hub\", or leave `friction` out".to_owned();
+            faults.push(Fault { span: own.spans.of(Some("model")), message, help });
+        }
         let nonlinear = joint.branches.iter().find(|b| !of(**b).bends_linearly());
         if let (Mounting::Point, Some(&b)) = (joint.model.mounting(), nonlinear) {
             let message = format!(

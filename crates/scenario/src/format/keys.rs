@@ -23,7 +23,7 @@ pub(crate) use surroundings::OBSTACLE;
 
 use super::form::{Form, Keys, may, must};
 use crate::output::OUTPUT;
-use identities::{COMPONENT, CONNECTION};
+use identities::{COMPONENT, CONNECTION, KBL_FILE};
 use library::{COVERINGS, FIXING_TYPES, LIBRARY, MATERIALS, WIRE_TYPES};
 use mechanisms::MECHANISM;
 use optimise::OPTIMISE;
@@ -82,6 +82,12 @@ pub(crate) const SCENARIO: Keys = Keys {
             "components",
             Form::Tables(&COMPONENT),
             "components of the harness that are listed and do not act: protections, cavity plugs, splices, relays",
+        ),
+        may(
+            "kbl",
+            Form::Table(&KBL_FILE),
+            "the KBL file from which `wireloom import kbl` made the scenario; `wireloom export kbl` writes results \
+             back into it",
         ),
         may("connections", Form::Tables(&CONNECTION), "electrical connections: wires with their signals and cavities"),
         may("sweep", Form::Table(&SWEEP), "values over which `wireloom sweep` runs the scenario"),

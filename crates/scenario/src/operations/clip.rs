@@ -6,7 +6,7 @@ use crate::format::keys::constraints::{
     AT, FREE_AXIS, FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, MOUNT, NAME, ORIENTATION, PULL_OUT_FORCE, RAIL, SLIDE,
     TANGENT, UP,
 };
-use crate::format::keys::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
+use crate::format::keys::identities::{COLOUR, DESCRIPTION, KBL, PART, SUPPLIER};
 use wireloom_core::Quantity;
 use wireloom_core::steps::Operation;
 
@@ -45,5 +45,6 @@ const KEYS: Keys = Keys {
         DESCRIPTION,
         SUPPLIER,
         COLOUR,
+        KBL,
     ],
 };

@@ -4,7 +4,7 @@ use super::entry::Entry;
 use super::fixing_types::of_part;
 use super::names::{Names, lookup, register};
 use std::collections::{BTreeMap, BTreeSet};
-use wireloom_core::identity::{Component, Connection, Identified, Identities, WireEnd};
+use wireloom_core::identity::{Component, Connection, Identified, Identities, KblFile, WireEnd};
 
 /// Part numbers of constraints that no type of fixing has, each once.
 pub(crate) fn unmatched(names: &Names<'_>) -> Vec<String> {
@@ -37,7 +37,14 @@ pub(crate) fn identities<'a>(root: &Entry<'a>, names: &Names<'a>) -> Identities 
     let (connections, mut taken) = (root.entries("connections"), BTreeMap::new());
     let connections = connections.iter().enumerate();
     let connections = connections.filter_map(|(k, entry)| connection(entry, k, names, &connectors, &mut taken));
-    Identities { parts, components, connections: connections.collect() }
+    let connections = connections.collect();
+    Identities { parts, components, connections, kbl: root.entry("kbl").and_then(|entry| kbl(&entry, names)) }
+}
+
+/// The KBL file of the import.
+fn kbl(entry: &Entry<'_>, names: &Names<'_>) -> Option<KblFile> {
+    let (file, sha256) = (entry.word("file")?.to_owned(), entry.word("sha256")?.to_owned());
+    Some(KblFile { file, sha256, elements: names.elements.clone() })
 }
 
 /// The connector that an entry names; refuses one that is neither a constraint nor a component.

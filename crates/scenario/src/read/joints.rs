@@ -3,6 +3,7 @@
 use super::entry::Entry;
 use super::kinds;
 use super::names::{Names, lookup, register};
+use super::sections::friction;
 use crate::fault::listed;
 use crate::scenario::{Arm, Joint};
 use std::collections::BTreeMap;
@@ -19,10 +20,10 @@ pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Join
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.joints, name, index));
     names.identify(entry, Identified::Joint, name);
     let fits = name.is_some_and(|name| vertex_joins(entry, name, names));
-    let spring = spring(entry, ArmSpring::default());
+    let spring = spring(entry, &ArmSpring::default());
     let arm_entries = entry.entries("arms");
     let mut by_branch = BTreeMap::new();
-    let mut arm = |arm_entry| arm(arm_entry, name.unwrap_or_default(), spring, &mut by_branch, names);
+    let mut arm = |arm_entry| arm(arm_entry, name.unwrap_or_default(), &spring, &mut by_branch, names);
     let arms: Vec<Option<Arm>> = arm_entries.iter().map(&mut arm).collect();
     if let (Some(name), true) = (name, fits) {
         refuse_missing_arms(entry, name, &by_branch, names);
@@ -67,11 +68,13 @@ fn branch_name<'a>(names: &Names<'a>, branch: usize) -> &'a str {
     names.branches.iter().find(|(_, index)| **index == branch).map_or("", |(name, _)| name)
 }
 
-/// The spring of an arm to its hub, or that of a joint for all arms; `other` has what is not given.
-fn spring(entry: &Entry<'_>, other: ArmSpring) -> ArmSpring {
+/// What holds an arm to its hub, or all arms of a joint; `other` has what is not given.
+fn spring(entry: &Entry<'_>, other: &ArmSpring) -> ArmSpring {
+    let own_friction = entry.entry("friction").map(|own| friction(&own, "N m/rad"));
     ArmSpring {
         bending: entry.one_or_two("bending_stiffness").or(other.bending),
         torsion: entry.number("torsion_stiffness").or(other.torsion),
+        friction: own_friction.unwrap_or_else(|| other.friction.clone()),
     }
 }
 
@@ -79,7 +82,7 @@ fn spring(entry: &Entry<'_>, other: ArmSpring) -> ArmSpring {
 fn arm<'a>(
     entry: &Entry<'a>,
     joint: &str,
-    of_joint: ArmSpring,
+    of_joint: &ArmSpring,
     by_branch: &mut BTreeMap<&'a str, usize>,
     names: &Names<'a>,
 ) -> Option<Arm> {

@@ -6,7 +6,7 @@ use crate::fault::did_you_mean;
 use crate::span::Span;
 use std::borrow::{Borrow, Cow};
 use std::collections::{BTreeMap, BTreeSet};
-use wireloom_core::identity::{Identified, Part};
+use wireloom_core::identity::{Element, Identified, Part};
 use wireloom_core::mechanism::{Mechanism, Mount};
 
 /// A vertex.
@@ -47,6 +47,8 @@ pub(crate) struct Names<'a> {
     pub mechanism_joints: Qualified<(usize, usize)>,
     /// Identities of the parts that have been read.
     pub parts: Vec<Part>,
+    /// Elements of a KBL file that parts come from.
+    pub elements: Vec<Element>,
     /// Notes on other files.
     pub file_notes: Vec<String>,
     /// Whether branches may leave their division to the accuracy of the mesh.
@@ -65,8 +67,15 @@ impl Names<'_> {
         self.bodies.find(entry, "body", name, entry.span_of("mount"))
     }
 
-    /// Notes the identity of a part, if its entry gives one. A constraint that begins again is the same part.
+    /// Notes the identity of a part and the element that it comes from, if its entry gives them. A constraint that
+    /// begins again is the same part.
     pub fn identify(&mut self, entry: &Entry<'_>, of: Identified, name: Option<&str>) {
+        if let (Some(name), Some(id)) = (name, entry.keys.get("kbl").and_then(|_| entry.word("kbl"))) {
+            let element = Element { of, name: name.to_owned(), id: id.to_owned() };
+            if of != Identified::Constraint || !self.elements.contains(&element) {
+                self.elements.push(element);
+            }
+        }
         let identity = entry.identity();
         let Some(name) = name.filter(|_| !identity.is_empty()).map(str::to_owned) else { return };
         let part = Part { of, name, identity };

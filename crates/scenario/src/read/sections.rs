@@ -77,7 +77,7 @@ pub(crate) fn section<'a>(
         max_torsion: entry.number("max_torsion"),
         thermal_expansion: entry.number("thermal_expansion").unwrap_or(0.0),
         thermal_curvature: entry.vector("thermal_curvature").unwrap_or_default(),
-        friction: entry.entry("friction").map(|entry| friction(&entry)).unwrap_or_default(),
+        friction: entry.entry("friction").map(|entry| friction(&entry, "N m^2")).unwrap_or_default(),
         set: None,
         laws: SectionLaws {
             bending: bending_curve,
@@ -178,14 +178,14 @@ fn elements<T>(entry: &Entry<'_>, element: impl Fn(&Entry<'_>) -> Option<T>, exa
     both.map(|all| all.into_iter().flatten().collect())
 }
 
-/// Friction within a section.
-fn friction(entry: &Entry<'_>) -> SectionFriction {
+/// Friction within a section, or between an arm and its hub; `unit`: that of stiffnesses.
+pub(super) fn friction(entry: &Entry<'_>, unit: &str) -> SectionFriction {
     let element = |one: &Entry<'_>| {
         let (stiffness, moment) = (one.number("stiffness"), one.number("moment"));
         Some(FrictionElement { stiffness: stiffness?, moment: moment? })
     };
-    let example = "{ stiffness = \"0.02 N m^2\", moment = \"0.05 N m\" }";
-    let [bending, torsion] = elements(entry, element, example);
+    let example = format!("{{ stiffness = \"0.02 {unit}\", moment = \"0.05 N m\" }}");
+    let [bending, torsion] = elements(entry, element, &example);
     SectionFriction { bending, torsion }
 }
 

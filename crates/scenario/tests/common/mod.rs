@@ -4,7 +4,7 @@
 use wireloom_core::constraint::{
     Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Hold, HoldWord, Potential,
 };
-use wireloom_core::joint::{JointModel, JointSpec, Mounting};
+use wireloom_core::joint::{JointModel, JointShape, JointSpec, Mounting};
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::registry::{
     BuildError, ConstraintKind, Form, JointKind, MinimiserKind, Parameter, Parameters, Quantity, RodKind, Value,
@@ -49,13 +49,13 @@ impl JointModel for Joint {
     fn mounting(&self) -> Mounting {
         self.mounting
     }
-    fn energy(&self, _: &[Rotation]) -> f64 {
+    fn energy(&self, _: &JointShape<'_>) -> f64 {
         0.0
     }
-    fn add_gradient(&self, _: &[Rotation], _: &mut [Vector]) -> f64 {
+    fn add_gradient(&self, _: &JointShape<'_>, _: &mut [Vector]) -> f64 {
         0.0
     }
-    fn add_hessian(&self, _: &[Rotation], _: &mut [Matrix]) {}
+    fn add_hessian(&self, _: &JointShape<'_>, _: &mut [Matrix]) {}
     fn notes(&self) -> Vec<String> {
         self.notes.clone()
     }

@@ -34,10 +34,43 @@ struct Graph {
     /// Number of every point and frame; see [`TIED`].
     of_point: Vec<u32>,
     of_frame: Vec<u32>,
-    /// For every variable the variables coupled to it.
-    neighbours: Vec<Vec<u32>>,
+    coupled: Coupled,
     /// [`Network::is_shared`].
     shared: bool,
+}
+
+/// Sets of variables that the energy couples with each other, by their numbers: of a segment, of a joint, and so on.
+#[derive(Default, PartialEq)]
+struct Coupled {
+    /// Members of all sets, one set after the other; a set may name a variable twice.
+    members: Vec<u32>,
+    /// Where each set ends.
+    ends: Vec<usize>,
+}
+
+impl Coupled {
+    /// Ends a set: all members since the last one.
+    fn end_set(&mut self) {
+        self.ends.push(self.members.len());
+    }
+
+    /// For each of `count` variables the variables coupled to it, increasing.
+    fn neighbours(&self, count: usize) -> Vec<Vec<u32>> {
+        let mut graph = vec![Vec::new(); count];
+        let mut first = 0;
+        for &end in &self.ends {
+            let set = &self.members[first..end];
+            for &a in set {
+                graph[a as usize].extend(set.iter().copied().filter(|&b| b != a));
+            }
+            first = end;
+        }
+        for neighbours in &mut graph {
+            neighbours.sort_unstable();
+            neighbours.dedup();
+        }
+        graph
+    }
 }
 
 /// Pattern of the factor: for each column, in elimination order, the rows below the diagonal.
@@ -114,8 +147,8 @@ impl Structure {
             variables.extend(joint.frame.map(Variable::Frame));
         }
         number(&variables, &mut of_point, &mut of_frame);
-        let neighbours = coupled(network, touching, &of_point, &of_frame, variables.len());
-        Self::of(Graph { variables, of_point, of_frame, neighbours, shared: network.is_shared() })
+        let coupled = coupled(network, touching, &of_point, &of_frame);
+        Self::of(Graph { variables, of_point, of_frame, coupled, shared: network.is_shared() })
     }
 
     /// Structure of the second derivatives with respect to the points that are `anchors`; those that follow each other
@@ -132,35 +165,30 @@ impl Structure {
         for tie in &network.ties {
             of_point[tie.point] = of_point[tie.hub_point];
         }
-        let mut graph = vec![Vec::new(); variables.len()];
+        let mut coupled = Coupled::default();
         for branch in &network.branches {
             let places = of_point[branch.points.clone()].iter().copied();
             let places: Vec<u32> = places.filter(|place| *place != ABSENT).collect();
-            for [a, b] in places.array_windows().filter(|[a, b]| a != b) {
-                graph[*a as usize].push(*b);
-                graph[*b as usize].push(*a);
+            for pair in places.array_windows::<2>() {
+                coupled.members.extend(pair);
+                coupled.end_set();
             }
         }
         for constraint in &network.constraints {
             if matches!(constraint.model.action(), Action::Prescribed(_)) {
                 continue;
             }
-            let points = || constraint.stations.iter().map(|site| of_point[site.point]);
-            for a in points() {
-                graph[a as usize].extend(points().filter(|&b| b != a));
-            }
+            coupled.members.extend(constraint.stations.iter().map(|site| of_point[site.point]));
+            coupled.end_set();
         }
-        for clique in touching {
+        for touching in touching {
             let points =
-                || clique.iter().filter_map(|v| if let Variable::Point(i) = v { Some(of_point[*i]) } else { None });
-            for a in points() {
-                graph[a as usize].extend(points().filter(|&b| b != a));
-            }
+                touching.iter().filter_map(|v| if let Variable::Point(i) = v { Some(of_point[*i]) } else { None });
+            coupled.members.extend(points);
+            coupled.end_set();
         }
-        sort(&mut graph);
         let of_frame = vec![ABSENT; network.frames];
-        let mut structure =
-            Self::of(Graph { variables, of_point, of_frame, neighbours: graph, shared: network.is_shared() });
+        let mut structure = Self::of(Graph { variables, of_point, of_frame, coupled, shared: network.is_shared() });
         for tie in &network.ties {
             structure.of_point[tie.point] = structure.of_point[tie.hub_point];
         }
@@ -188,9 +216,9 @@ impl Structure {
 
     /// Finds the elimination order and the pattern of the factor.
     fn ordered(graph: &Graph) -> Self {
-        let Graph { variables, of_point, of_frame, neighbours, shared } = graph;
+        let Graph { variables, of_point, of_frame, coupled, shared } = graph;
         let (mut of_point, mut of_frame) = (of_point.clone(), of_frame.clone());
-        let (order, cliques) = minimum_degree(neighbours.clone());
+        let (order, cliques) = minimum_degree(coupled.neighbours(variables.len()));
         let position = positions(&order);
         let columns: Vec<Vec<u32>> =
             cliques.iter().map(|clique| clique.iter().map(|&v| position[v as usize]).collect()).collect();
@@ -239,101 +267,77 @@ fn number(order: &[Variable], of_point: &mut [u32], of_frame: &mut [u32]) {
     }
 }
 
-/// Adjacency graph: for every variable the variables coupled to it by an energy.
-fn coupled(
-    network: &Network,
-    touching: &[Vec<Variable>],
-    of_point: &[u32],
-    of_frame: &[u32],
-    count: usize,
-) -> Vec<Vec<u32>> {
-    let mut graph = vec![Vec::new(); count];
-    let mut clique: Vec<u32> = Vec::new();
-    let mut join = |clique: &mut Vec<u32>| {
-        clique.sort_unstable();
-        clique.dedup();
-        for &a in clique.iter() {
-            graph[a as usize].extend(clique.iter().copied().filter(|&b| b != a));
-        }
-        clique.clear();
-    };
-    let point = |i: usize, clique: &mut Vec<u32>| match of_point[i] {
-        own if own < TIED => clique.push(own),
+/// The variables that each part of the energy couples.
+fn coupled(network: &Network, touching: &[Vec<Variable>], of_point: &[u32], of_frame: &[u32]) -> Coupled {
+    let mut all = Coupled::default();
+    let point = |i: usize, all: &mut Coupled| match of_point[i] {
+        own if own < TIED => all.members.push(own),
         tied => {
             let tie = &network.ties[(tied - TIED) as usize];
-            clique.push(of_point[tie.hub_point]);
-            clique.extend(tie.hub_frame.map(|c| of_frame[c]));
+            all.members.push(of_point[tie.hub_point]);
+            all.members.extend(tie.hub_frame.map(|c| of_frame[c]));
         }
     };
-    let frame = |c: usize, clique: &mut Vec<u32>| match of_frame[c] {
-        own if own < TIED => clique.push(own),
-        tied => clique.extend(network.ties[(tied - TIED) as usize].hub_frame.map(|c| of_frame[c])),
+    let frame = |c: usize, all: &mut Coupled| match of_frame[c] {
+        own if own < TIED => all.members.push(own),
+        tied => all.members.extend(network.ties[(tied - TIED) as usize].hub_frame.map(|c| of_frame[c])),
     };
     for branch in &network.branches {
         let mesh = branch.rod.mesh();
         for (j, f) in mesh.segment_frames.iter().enumerate() {
-            point(branch.points.start + j, &mut clique);
-            point(branch.points.start + j + 1, &mut clique);
-            frame(branch.frames.start + f, &mut clique);
-            join(&mut clique);
+            point(branch.points.start + j, &mut all);
+            point(branch.points.start + j + 1, &mut all);
+            frame(branch.frames.start + f, &mut all);
+            all.end_set();
         }
         for beside in &mesh.beside {
-            point(branch.points.start + beside.segment, &mut clique);
-            point(branch.points.start + beside.segment + 1, &mut clique);
+            point(branch.points.start + beside.segment, &mut all);
+            point(branch.points.start + beside.segment + 1, &mut all);
             let segment = mesh.segment_frames[beside.segment];
             for c in beside.neighbours().into_iter().flatten().chain([segment]) {
-                frame(branch.frames.start + c, &mut clique);
+                frame(branch.frames.start + c, &mut all);
             }
-            join(&mut clique);
+            all.end_set();
         }
         for pair in mesh.pairs.iter().filter(|_| branch.rod.couples_pairs()) {
-            frame(branch.frames.start + pair.frame - 1, &mut clique);
-            frame(branch.frames.start + pair.frame + 1, &mut clique);
-            join(&mut clique);
+            frame(branch.frames.start + pair.frame - 1, &mut all);
+            frame(branch.frames.start + pair.frame + 1, &mut all);
+            all.end_set();
         }
         for c in 0..mesh.coupling_lengths.len() {
-            frame(branch.frames.start + c, &mut clique);
-            frame(branch.frames.start + c + 1, &mut clique);
-            join(&mut clique);
+            frame(branch.frames.start + c, &mut all);
+            frame(branch.frames.start + c + 1, &mut all);
+            all.end_set();
         }
     }
     for joint in &network.joints {
         for &c in &joint.coupled_frames {
-            frame(c, &mut clique);
+            frame(c, &mut all);
         }
-        join(&mut clique);
+        all.end_set();
     }
     for constraint in &network.constraints {
         if matches!(constraint.model.action(), Action::Prescribed(_)) {
             continue;
         }
         for site in &constraint.stations {
-            point(site.point, &mut clique);
+            point(site.point, &mut all);
             if let Some(c) = site.frame {
-                frame(c, &mut clique);
+                frame(c, &mut all);
             }
         }
-        join(&mut clique);
+        all.end_set();
     }
     for touching in touching {
         for variable in touching {
             match *variable {
-                Variable::Point(i) => point(i, &mut clique),
-                Variable::Frame(c) => frame(c, &mut clique),
+                Variable::Point(i) => point(i, &mut all),
+                Variable::Frame(c) => frame(c, &mut all),
             }
         }
-        join(&mut clique);
+        all.end_set();
     }
-    sort(&mut graph);
-    graph
-}
-
-/// Sorts the neighbours and removes duplicates.
-fn sort(graph: &mut [Vec<u32>]) {
-    for neighbours in graph {
-        neighbours.sort_unstable();
-        neighbours.dedup();
-    }
+    all
 }
 
 /// Position of every vertex in an order.

@@ -116,6 +116,8 @@ struct Way {
 pub(crate) struct Cables<'n> {
     network: &'n Network,
     lines: Vec<Line>,
+    /// The same, finer, for distances of cables from each other.
+    fine: Vec<Line>,
     /// For each joint the joints near it along the harness, with their distances, m.
     near: Vec<Vec<(usize, f64)>>,
     /// All pairs of branches, and all branches, that lie in each other or in themselves, at their deepest place, in the
@@ -129,8 +131,10 @@ impl<'n> Cables<'n> {
     pub fn new(network: &'n Network, branches: &[BranchResult]) -> Self {
         let lines: Vec<Line> = branches.iter().map(Line::of).collect();
         let thickest = lines.iter().map(|line| line.radius).fold(0.0, f64::max);
-        let near = network.near_joints(2.0 * APART * thickest);
-        let mut cables = Self { network, near, lines, overlaps: Vec::new() };
+        let zone = 2.0 * APART * thickest;
+        let near = network.near_joints(zone);
+        let fine = lines.iter().map(|line| line.divided(zone)).collect();
+        let mut cables = Self { network, near, lines, fine, overlaps: Vec::new() };
         let mut pairs = cables.near_pairs();
         pairs.sort_unstable();
         cables.overlaps = pairs.into_iter().filter_map(|[b, c]| cables.overlap(b, c)).collect();
@@ -139,14 +143,14 @@ impl<'n> Cables<'n> {
 
     /// Clearance of a part of a branch from an obstacle at `pose`, and where it is least.
     pub fn clearance_from_obstacle(&self, part: CablePart, obstacle: &Obstacle, pose: &Pose) -> Place {
-        let place = self.line(part).nearest_to(pose, |x, reach| obstacle.shape.distance(x, reach));
+        let place = part_of(&self.lines, part).nearest_to(pose, |x, reach| obstacle.shape.distance(x, reach));
         Place { distance: place.distance - self.lines[part.branch].radius, ..place }
     }
 
     /// Clearance between parts of two branches, or of one, and where it is least; `None` where they are neighbours
     /// only.
     pub fn clearance_from_branch(&self, one: CablePart, other: CablePart) -> Option<Pair> {
-        let [a, b] = [one, other].map(|part| self.line(part));
+        let [a, b] = [one, other].map(|part| part_of(&self.fine, part));
         let ways = self.ways(one.branch, other.branch);
         let mut best = Pair::nearer_than(f64::INFINITY);
         let apart = |i: usize, j: usize| {
@@ -155,15 +159,6 @@ impl<'n> Cables<'n> {
         };
         nearest_pair(a.piece(), b.piece(), &apart, &mut best);
         best.is_found().then(|| Pair { distance: best.distance - a.radius - b.radius, ..best })
-    }
-
-    /// Whole line, or the part of it.
-    fn line(&self, part: CablePart) -> Cow<'_, Line> {
-        let line = &self.lines[part.branch];
-        if line.is_within(part.from, part.to) {
-            return Cow::Borrowed(line);
-        }
-        Cow::Owned(line.part(part.from, part.to))
     }
 
     /// Pairs of branches whose boxes overlap, by sweep and prune along x; each branch with itself, too.
@@ -189,7 +184,7 @@ impl<'n> Cables<'n> {
 
     /// Deepest place at which two branches lie in each other, or one in itself.
     fn overlap(&self, b: usize, c: usize) -> Option<CableOverlap> {
-        let (one, other) = (&self.lines[b], &self.lines[c]);
+        let (one, other) = (&self.fine[b], &self.fine[c]);
         let radii = one.radius + other.radius;
         let mut ways = self.ways(b, c);
         let search = |ways: &[Way]| {
@@ -241,6 +236,15 @@ impl<'n> Cables<'n> {
         }
         ways
     }
+}
+
+/// A whole line, or the part of it.
+fn part_of(lines: &[Line], part: CablePart) -> Cow<'_, Line> {
+    let line = &lines[part.branch];
+    if line.is_within(part.from, part.to) {
+        return Cow::Borrowed(line);
+    }
+    Cow::Owned(line.part(part.from, part.to))
 }
 
 /// Whether two segments of lines are not neighbours: far enough from each other along every way, and not both where

@@ -8,6 +8,7 @@ use crate::steps::certificate::FEASIBLE;
 use std::collections::BTreeMap;
 use wireloom_core::conditions::Conditions;
 use wireloom_core::conditions::Partner;
+use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{
     BranchResult, Clearance, ClearanceFrom, ConstraintResult, OperationResult, SlideMotion, StepResult,
 };
@@ -22,6 +23,11 @@ use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
 const OUT_OF_PROPORTION: f64 = 8.0;
 /// Factor on the prescribed turn times the length of the longest branch, which a harness of several branches may move.
 const TURN_FACTOR: f64 = 2.0;
+/// Distance of a held centre line from an obstacle, in radii of the cable, below which it is driven into it: what is
+/// fastened to a body may lie in it up to half its radius.
+const HELD_DEPTH: f64 = 0.5;
+/// Change of that distance that is round-off.
+const SAME_DEPTH: f64 = 1e-6;
 /// Least move of a jump, as a fraction of the longest branch.
 const FAR: f64 = 0.05;
 
@@ -116,6 +122,46 @@ pub(crate) fn log_increment(
             ),
         });
     }
+}
+
+/// Constraints that hold their cable in an obstacle, deeper than it was held under the conditions `before`: a body that
+/// is driven into what is held there, or a plug into a body.
+pub(crate) fn driven_into_bodies(problem: &Problem<'_>, before: &Conditions) -> Vec<Occurrence> {
+    let (network, now) = (problem.network, problem.conditions());
+    let mut found = Vec::new();
+    let acting = network.constraints.iter().enumerate().filter(|(f, _)| now.active[*f] && before.active[*f]);
+    for (f, constraint) in acting {
+        let Action::Prescribed(hold) = constraint.model.action() else { continue };
+        if !hold.position || !hold.rails.is_empty() {
+            continue;
+        }
+        let radius = 0.5 * network.diameter_at(constraint.place);
+        for (o, obstacle) in network.obstacles.iter().enumerate() {
+            let distance =
+                |at: &Conditions| obstacle.shape.distance(&at.contact.poses[o].local(&at.targets[f].position), radius);
+            let (was, is) = (distance(before), distance(now));
+            if is < HELD_DEPTH * radius && is < was - SAME_DEPTH * radius {
+                found.push(Occurrence {
+                    kind: EventKind::Overlap,
+                    place: EventPlace {
+                        obstacle: Some(obstacle.name.clone()),
+                        ..EventPlace::constraint(&constraint.name)
+                    },
+                    value: Some(is),
+                    limit: Some(radius),
+                    message: format!(
+                        "obstacle `{}` and the cable that `{}` holds are driven into each other: {:.1} mm from its \
+                         centre line to the surface, its radius is {:.1} mm",
+                        obstacle.name,
+                        constraint.name,
+                        1e3 * is,
+                        1e3 * radius
+                    ),
+                });
+            }
+        }
+    }
+    found
 }
 
 /// Place and description of a contact violation.

@@ -6,6 +6,8 @@ use wireloom_core::{Pose, Vector};
 
 /// Number of segments up to which a piece is searched segment by segment.
 const FEW: usize = 4;
+/// Largest number of pieces of a segment.
+const MOST_PIECES: f64 = 64.0;
 /// Steps of the ternary search for the nearest place of a segment: 1e-5 of its length remains.
 const THIRDS: usize = 28;
 /// Squared sine of the angle below which two segments count as parallel: there the nearest places are ill-conditioned.
@@ -72,6 +74,23 @@ impl Line {
         let mut line = Self { s, x, ends, radius, boxes: Vec::new() };
         line.enclose(1, 0..line.segments());
         line
+    }
+
+    /// The same line with its segments divided, within `zone` (m) of the ends of the branch in pieces of at most a
+    /// quarter of the radius, elsewhere of the diameter: what counts of two segments then does not depend on the mesh.
+    pub fn divided(&self, zone: f64) -> Self {
+        let (mut s, mut x) = (vec![self.s[0]], vec![self.x[0]]);
+        for i in 0..self.segments() {
+            let near = self.s[i] - self.ends[0] < zone || self.ends[1] - self.s[i + 1] < zone;
+            let length = if near { 0.25 } else { 2.0 } * self.radius;
+            let pieces = ((self.s[i + 1] - self.s[i]) / length).ceil().clamp(1.0, MOST_PIECES) as usize;
+            for k in 1..=pieces {
+                let t = k as f64 / pieces as f64;
+                s.push(if k == pieces { self.s[i + 1] } else { self.s[i] + (self.s[i + 1] - self.s[i]) * t });
+                x.push(if k == pieces { self.x[i + 1] } else { self.x[i].lerp(&self.x[i + 1], t) });
+            }
+        }
+        Self::new(s, x, self.ends, self.radius)
     }
 
     /// The part between two arc lengths (m), as far as it is on the branch, `from` before `to`.

@@ -7,6 +7,8 @@ use wireloom_core::{Rotation, Vector};
 
 /// Distance along a branch, as a fraction of its length, within which an end of a part is at a node.
 const SAME: f64 = 1e-9;
+/// Curvature, as a fraction of its change between two nodes, that is round-off.
+const NO_BEND: f64 = 1e-9;
 /// Nodes on either side of a part that tell how values change within it.
 const AROUND: usize = 3;
 
@@ -86,6 +88,41 @@ impl Local {
 /// Internal force before and after a node, N.
 pub fn forces_around(branch: &BranchResult, node: usize) -> [Vector; 2] {
     [0, 1].map(|side| Local::at_node(branch, node, side).force)
+}
+
+/// Where a part of a branch is straightest between two of its nodes, if it is straighter there than at both: the node
+/// before, the arc length (m) and the curvature (1/m). The vector of the curvature is linear between nodes: in a plane it
+/// vanishes where the bend goes over to the other side.
+pub fn straightest(branch: &BranchResult, from: f64, to: f64) -> Option<(usize, f64, f64)> {
+    let (s, x) = (&branch.s, &branch.position);
+    let edges: Vec<Vector> = x.windows(2).map(|pair| (pair[1] - pair[0]).normalize()).collect();
+    let is_inner = |i: usize| i > 0 && i < edges.len() && sides(branch, i).is_none();
+    // Of nodes at which nothing attaches: the side to which the cable bends there.
+    let at_inner = |i: usize| {
+        let side = (edges[i] - edges[i - 1]).try_normalize(0.0).unwrap_or_default();
+        side / branch.bend_radius[i]
+    };
+    // Where something attaches, the side is that of the nodes beyond.
+    let curvature = |i: usize, side: usize, inward: [Option<usize>; 2]| {
+        if is_inner(i) {
+            return Some(at_inner(i));
+        }
+        let [near, far] = inward.map(|k| k.filter(|&k| is_inner(k)).map(at_inner));
+        let beyond = far.map_or(near, |far| near.map(|near| near * 2.0 - far))?;
+        let radius = sides(branch, i).map_or(branch.bend_radius[i], |sides| sides.bend_radius[side]);
+        Some(beyond.try_normalize(0.0).unwrap_or_default() / radius)
+    };
+    let between = |i: usize| {
+        let a = curvature(i, 1, [Some(i + 1), Some(i + 2)])?;
+        let b = curvature(i + 1, 0, [Some(i), i.checked_sub(1)])?;
+        let change = b - a;
+        let place = -a.dot(&change) / change.norm_squared();
+        let at = s[i] + (s[i + 1] - s[i]) * place;
+        let bend = (a + change * place).norm();
+        let bend = if bend > NO_BEND * change.norm() { bend } else { 0.0 };
+        (place > 0.0 && place < 1.0 && from <= at && at <= to).then_some((i, at, bend))
+    };
+    (0..edges.len()).filter_map(between).min_by(|a, b| a.2.total_cmp(&b.2))
 }
 
 /// Places of a part of a branch, in order, with some nodes around it.

@@ -146,7 +146,8 @@ impl<'a> Equilibrium<'a> {
                 let branch = most.filter(|most| most.1 > 0.0).map(|most| self.branches[most.0].name.clone());
                 let obstacle = Some(self.network.obstacles[o].name.clone());
                 let place = EventPlace { obstacle, branch, ..EventPlace::default() };
-                found.push(at(forces.map(|(_, force)| force).sum(), place));
+                let error = forces.clone().map(|(b, force)| self.contact_error(b, force)).sum();
+                found.push(Found { error: Some(error), ..at(forces.map(|(_, force)| force).sum(), place) });
             }
             Part::Obstacle(_) if requirement.measure == Measure::Clearance => {
                 let branches = (0..self.branches.len()).map(CablePart::whole);
@@ -296,6 +297,10 @@ impl<'a> Equilibrium<'a> {
                 let error = |place: &Local| place.error(|i| errors.curvature[i] + errors.between[i]);
                 let mut bends = Vec::new();
                 places(false, &mut bends, &|place| 1.0 / place.bend_radius, &error);
+                if let Some((node, s, bend)) = requirement.max.and_then(|_| part::straightest(branch, from, to)) {
+                    let error = errors.curvature[node].max(errors.curvature[node + 1]);
+                    bends.push(Found { error: Some(error), ..at(bend, EventPlace::branch(&branch.name, s)) });
+                }
                 found.extend(bends.into_iter().map(|bend| {
                     let radius = 1.0 / bend.value;
                     let error = radius_error(requirement, radius, bend.error.unwrap_or(0.0));
@@ -375,7 +380,8 @@ impl<'a> Equilibrium<'a> {
                         }
                         Part::Constraint(_) => continue,
                     };
-                    found.push(at(self.contact_force(b, touched), place));
+                    let force = self.contact_force(b, touched);
+                    found.push(Found { error: Some(self.contact_error(b, force)), ..at(force, place) });
                 }
             }
             _ => {}
@@ -466,6 +472,14 @@ impl<'a> Equilibrium<'a> {
             let place = EventPlace::branch(&self.branches[branch].name, self.branches[branch].s[i]);
             Found { limit, error: Some(self.errors[branch].force[i]), ..at(force, place) }
         })
+    }
+
+    /// Error of a contact force on a branch, N. The cable touches a body at its nodes and some points between them: where
+    /// it begins to touch is known to a segment on either side, and so is the length of the spans beside.
+    fn contact_error(&self, branch: usize, force: f64) -> f64 {
+        let mesh = self.network.branches[branch].rod.mesh();
+        let longest = mesh.rest_lengths.iter().copied().fold(0.0, f64::max);
+        force * (2.0 * longest / mesh.length()).min(1.0)
     }
 
     /// Sum of the sizes of the contact forces on a branch, N.

@@ -3,9 +3,10 @@
 use crate::report::nodes;
 use std::f64::consts::TAU;
 use wireloom_core::equilibrium::{
-    BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, NodeSides,
+    ArmFriction, BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, NodeSides,
     ObstacleResult, SpanResult, StationResult, TightestBend,
 };
+use wireloom_core::joint::JointShape;
 use wireloom_core::mechanism::Mechanism;
 use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};
 use wireloom_core::obstacle::Obstacle;
@@ -132,6 +133,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     let mut through = [false, false];
     for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
         let BranchEnd::Joint { joint, arm } = end else { continue };
+        let memory = &problem.conditions().joints[joint].memory;
         let joint = &network.joints[joint];
         if joint.model.mounting() != Mounting::Point {
             continue;
@@ -140,7 +142,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         let q = segment_frame(segment);
         let frames: Vec<Rotation> = joint.coupled_frames.iter().map(|&c| state.frames[c]).collect();
         let mut moments = vec![Vector::zeros(); frames.len()];
-        joint.model.add_gradient(&frames, &mut moments);
+        joint.model.add_gradient(&JointShape { frames: &frames, memory }, &mut moments);
         let of_arm = frames.iter().zip(&moments).skip(arm).step_by(joint.arms.len());
         let moment = of_arm.map(|(frame, moment)| frame * moment).sum::<Vector>() * sign;
         if !touching[node] {
@@ -284,18 +286,22 @@ fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
     a.try_slerp(b, t, 1e-12).unwrap_or(*a)
 }
 
-/// Result of a joint; see [`branch`].
-pub fn joint(problem: &Problem<'_>, joint: &Joint, state: &State, touching: &[bool]) -> JointResult {
+/// Result of the joint of this index; see [`branch`].
+pub fn joint(problem: &Problem<'_>, index: usize, state: &State, touching: &[bool]) -> JointResult {
+    let (joint, own) = (&problem.network.joints[index], &problem.conditions().joints[index]);
     let position = state.points[joint.point] + state.compensation[joint.point];
     let shift = || if touching[joint.point] { Vector::zeros() } else { joint_shift(problem, joint, state) };
-    match joint.frame {
-        Some(frame) => JointResult { name: joint.name.clone(), position, orientation: state.frames[frame] },
-        None => JointResult {
-            name: joint.name.clone(),
-            position: position + shift(),
-            orientation: mean_rotation(others(joint, usize::MAX, state)),
-        },
-    }
+    let (position, orientation) = match joint.frame {
+        Some(frame) => (position, state.frames[frame]),
+        None => (position + shift(), mean_rotation(others(joint, usize::MAX, state))),
+    };
+    let of_arm = |(a, &[dissipated, dissipated_in_all]): (usize, &[f64; 2])| {
+        let (branch, starts_here) = (joint.arms[a].branch.clone(), joint.arms[a].starts_here);
+        let set = joint.model.set(a, &own.memory)?;
+        Some(ArmFriction { branch, starts_here, set, dissipated, dissipated_in_all })
+    };
+    let friction = own.dissipated.iter().enumerate().filter_map(of_arm).collect();
+    JointResult { name: joint.name.clone(), position, orientation, friction }
 }
 
 /// Frame of a joint as defined by each of its arms except one.

@@ -93,6 +93,8 @@ impl Checkpoint {
             })
             && (conditions.rods.len(), self.time_errors.len()) == (network.branches.len(), network.branches.len())
             && network.branches.iter().zip(&conditions.rods).all(|(b, own)| own.memory.len() == b.rod.memory().len())
+            && conditions.joints.len() == network.joints.len()
+            && network.joints.iter().zip(&conditions.joints).all(|(joint, own)| own.fits(joint))
             && (conditions.load_factors.len(), conditions.sliding.len()) == (network.loads.len(), network.slides.len())
             && conditions.temperatures.len() == network.branches.len()
             && conditions.mechanisms.len() == network.mechanisms.len()

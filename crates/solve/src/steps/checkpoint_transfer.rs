@@ -157,6 +157,10 @@ fn conditions(own: &Conditions, from: &Network, to: &Network, state: &State) -> 
     if remembers(from) || remembers(to) {
         new.rods = rod_states(own, from, to)?;
     }
+    if !to.joints.iter().zip(&own.joints).all(|(joint, own)| own.fits(joint)) {
+        return None;
+    }
+    new.joints.clone_from(&own.joints);
     new.load_factors.clone_from(&own.load_factors);
     new.temperatures.clone_from(&own.temperatures);
     (new.time, new.committed_time) = (own.time, own.committed_time);

@@ -73,6 +73,8 @@ impl Driver<'_, '_> {
         seconds: impl FnOnce() -> f64,
     ) -> Result<StepResult, Interruption> {
         self.all_clearances = all;
+        // A run that is resumed here knows of no earlier states.
+        self.problem.search_contacts_again();
         self.log.begin(Moment { step: step.name.clone(), step_index, increment });
         let _increment = tracing::info_span!("increment", index = increment).entered();
         let status = self.solve_increment(plan, a, b);
@@ -149,8 +151,11 @@ impl Driver<'_, '_> {
                 // When it snapped is known to the increment only.
                 self.add_change_as_time_error(&at_first);
             }
-            self.problem.commit_rods(&self.state);
-            self.problem.sum_dissipated(&before.rods);
+            self.problem.commit_rods_and_joints(&self.state);
+            self.problem.sum_dissipated(&before);
+            for driven in events::driven_into_bodies(&self.problem, &before) {
+                self.log.raise(driven);
+            }
             let moved = result::farthest(&self.began, &self.state);
             let given = events::prescribed(&self.problem, &before.targets);
             let length = self.problem.scales().length;
@@ -248,6 +253,8 @@ impl Driver<'_, '_> {
             self.update_operations(plan, to);
             if to < b {
                 self.check_on_the_way(false);
+                // Friction goes by the way from one equilibrium to the next.
+                self.problem.commit_contacts(&self.state);
             }
         }
         (status, from)

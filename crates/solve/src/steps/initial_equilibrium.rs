@@ -67,12 +67,12 @@ impl Driver<'_, '_> {
         if self.problem.monitor.is_stopped() { Grade::INTERRUPTED } else { status }
     }
 
-    /// Commits the memories of the rods at the initial equilibrium. While it is searched for they are those of the rods
-    /// at rest, so it does not depend on the way there: the harness was bent from its rest shape as if along a straight
+    /// Commits the memories of rods and joints at the initial equilibrium. While it is searched for they are those at
+    /// rest, so it does not depend on the way there: the harness was bent from its rest shape as if along a straight
     /// line.
     fn commit_start(&mut self, status: Grade) {
         if is_balanced(status) {
-            self.problem.commit_rods(&self.state);
+            self.problem.commit_rods_and_joints(&self.state);
         }
     }
 
@@ -157,7 +157,7 @@ impl Driver<'_, '_> {
             status = self.solve();
         }
         self.release_slides();
-        if !network.slides.is_empty() {
+        if !network.slides.is_empty() || network.has_rough_contact() {
             status = self.solve();
         }
         status = self.leave_unstable_start(status);
@@ -230,6 +230,16 @@ impl Driver<'_, '_> {
         self.problem.gradient(&self.state, &mut self.certifier.gradient);
         let mut condensation = Condensation::new(&self.problem);
         condensation.condense(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
+    }
+
+    /// A remark if the harness touches something rough at the start.
+    pub(super) fn smooth_start_note(&self) -> Option<String> {
+        let rubs = self.problem.conditions().contact.records.iter().any(|record| record.anchor.is_some());
+        rubs.then(|| {
+            "the start is an equilibrium without friction, which acts from there on: where a cable has to be held by \
+             friction, let a step bring the weight or the obstacle"
+                .to_owned()
+        })
     }
 
     /// Enables friction, and lets the cable run through the constraints that slide without it.

@@ -12,6 +12,7 @@ use crate::steps::initial_equilibrium::start_near;
 use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
 use std::time::Instant;
+use wireloom_core::conditions::Conditions;
 use wireloom_core::equilibrium::{RequirementResult, StepResult};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
@@ -68,7 +69,9 @@ impl Checkpoint {
     pub fn weight(&self) -> usize {
         let state = &self.state;
         let points = state.points.len() * (2 * size_of_val(&state.points[0]) + size_of::<f64>());
-        let memory: usize = self.conditions.rods.iter().map(|own| size_of_val(&own.memory[..])).sum();
+        let Conditions { rods, joints, .. } = &self.conditions;
+        let memories = rods.iter().map(|own| &own.memory).chain(joints.iter().map(|own| &own.memory));
+        let memory: usize = memories.map(|memory| size_of_val(&memory[..])).sum();
         points + state.frames.len() * (size_of_val(&state.frames[0]) + size_of::<f64>()) + memory
     }
 
@@ -85,6 +88,11 @@ impl Checkpoint {
     /// Pose of the body on which a constraint is mounted; the identity for one that is mounted on none.
     pub fn body_under(&self, network: &Network, constraint: usize) -> Pose {
         self.conditions.body(network, network.constraints.get(constraint).and_then(|own| own.mount))
+    }
+
+    /// Poses of the obstacles.
+    pub fn obstacle_poses(&self) -> &[Pose] {
+        &self.conditions.contact.poses
     }
 
     /// Whether a constraint is active.
@@ -149,6 +157,7 @@ impl InteractiveDriver {
         if start != Status::Converged {
             notes.push(unbalanced_start_note(start));
         }
+        notes.extend(driver.smooth_start_note());
         let grade = driver.certify(start);
         let mut end = driver.step_result(&step, 0, grade, clock.elapsed().as_secs_f64());
         let requirements = driver.check_start(&mut end);

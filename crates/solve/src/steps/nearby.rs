@@ -11,8 +11,8 @@
 //! Differences of results of two such equilibria, one on each side, are derivatives of any result.
 //!
 //! **What is kept.** The path to the equilibrium is not computed again. Its history is that of the reference: memories
-//! of rods and constraints, anchors of friction, contact points, which constraints slip, and which ones still act.
-//! Targets, gravity, rotation, loads, temperatures and poses of bodies are those that the steps of the changed
+//! of rods, joints and constraints, anchors of friction, contact points, which constraints slip, and which ones still
+//! act. Targets, gravity, rotation, loads, temperatures and poses of bodies are those that the steps of the changed
 //! scenario lead to ([`Neighbourhood::find`] walks through its plans). Where a step begins with a constraint that takes
 //! the cable where it is, the equilibrium at the beginning of that step is found in the same way first.
 
@@ -238,6 +238,7 @@ impl<'n> Neighbourhood<'n> {
         slides
             || conditions.contact.records.iter().any(|record| record.anchor.is_some())
             || conditions.rods.iter().any(|own| !own.memory.is_empty())
+            || conditions.joints.iter().any(|own| !own.memory.is_empty())
             || conditions.constraints.iter().zip(&conditions.active).any(|(own, acts)| *acts && !own.memory.is_empty())
     }
 

@@ -9,6 +9,9 @@ use wireloom_core::{Network, Pose, Vector};
 
 /// Fraction of a part that is round-off.
 const ROUND_OFF: f64 = 1e-6;
+/// Largest number of turns of an obstacle from one equilibrium to the next: what it meets on its way, and how it rubs
+/// there, is taken from the poses at both ends.
+const OBSTACLE_TURNS: f64 = 1.0 / 24.0;
 
 /// Motions, loads and temperatures of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -111,12 +114,19 @@ impl Plan {
     }
 
     /// Number of equal parts of the interval from `a` to `b` of the step in which no constraint and no body makes more
-    /// than `most` turns, if all turn uniformly.
+    /// than `most` turns, and no obstacle goes on with more than [`OBSTACLE_TURNS`], if all turn uniformly.
     pub fn parts(&self, network: &Network, a: f64, b: f64, most: f64) -> f64 {
         let spinning = self.journeys.iter().filter(|journey| journey.turns(1.0) > 0.0);
-        let turned = spinning.map(|journey| journey.turned(a, b));
-        let driven = self.drives.iter().map(|drive| network.mechanisms[drive.mechanism].turned(&drive.way, a, b));
-        turned.chain(driven).map(|turns| (turns / most - ROUND_OFF).ceil()).fold(1.0, f64::max)
+        let turned = spinning.map(|journey| journey.turned(a, b) / most);
+        let carries = |mechanism: usize| {
+            network.obstacles.iter().any(|obstacle| obstacle.mount.is_some_and(|mount| mount.mechanism == mechanism))
+        };
+        let driven = self.drives.iter().map(|Drive { mechanism, way }| {
+            let turns = network.mechanisms[*mechanism].turned(way, a, b);
+            turns / if carries(*mechanism) { OBSTACLE_TURNS } else { most }
+        });
+        let obstacles = self.obstacles.iter().map(|(_, course)| course.turned(a, b) / OBSTACLE_TURNS);
+        turned.chain(driven).chain(obstacles).map(|parts| (parts - ROUND_OFF).ceil()).fold(1.0, f64::max)
     }
 
     /// Sets the conditions at fraction `t`.

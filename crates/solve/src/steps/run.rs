@@ -60,6 +60,7 @@ pub fn carry_out(
             } else if !schedule.steps.is_empty() {
                 run.notes.extend(driver.start_note());
             }
+            run.notes.extend(driver.smooth_start_note());
             driver
         }
         Some(Resumed { checkpoint, steps }) => {

@@ -181,7 +181,7 @@ pub(super) fn equilibrium(
         increment: 0,
         increments: 0,
         status: Status::Stalled,
-        joints: network.joints.iter().map(|j| result::joint(problem, j, state, touching)).collect(),
+        joints: (0..network.joints.len()).map(|j| result::joint(problem, j, state, touching)).collect(),
         constraints: result::constraints(problem, state, gradient),
         obstacles: result::obstacles(problem, state),
         mechanisms: result::mechanisms(problem),

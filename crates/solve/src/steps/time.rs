@@ -76,7 +76,7 @@ impl Driver<'_, '_> {
                 if !is_balanced(status) || to >= b {
                     return (status, reached);
                 }
-                self.problem.commit_rods(&self.state);
+                self.problem.commit_rods_and_joints(&self.state);
                 from = to;
                 continue;
             };
@@ -94,7 +94,7 @@ impl Driver<'_, '_> {
             if to >= b {
                 return (status, to);
             }
-            self.problem.commit_rods(&self.state);
+            self.problem.commit_rods_and_joints(&self.state);
             rejected = None;
             part = (to - from) * factor.clamp(FACTORS[0], FACTORS[1]);
             from = to;
@@ -131,7 +131,7 @@ impl Driver<'_, '_> {
             if to > middle {
                 return Some(status);
             }
-            self.problem.commit_rods(&self.state);
+            self.problem.commit_rods_and_joints(&self.state);
         }
         None
     }
@@ -175,9 +175,10 @@ impl Driver<'_, '_> {
     fn begin_again(&mut self, beginning: &Beginning) {
         self.before.copy_from(&beginning.state);
         self.go_back(&beginning.conditions);
-        let Conditions { rods, committed_time, time, .. } = &beginning.conditions;
+        let Conditions { rods, joints, committed_time, time, .. } = &beginning.conditions;
         self.problem.change(|now| {
             now.rods.clone_from(rods);
+            now.joints.clone_from(joints);
             (now.committed_time, now.time) = (*committed_time, *time);
         });
         self.log = beginning.log.clone();

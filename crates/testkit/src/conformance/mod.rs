@@ -107,6 +107,7 @@ macro_rules! joint_checks {
             running_a_branch_from_its_other_end_changes_nothing
             non_finite_input_gives_non_finite_output
             same_input_gives_same_bits
+            memory_is_committed_once
         }
     };
 }

@@ -134,7 +134,7 @@ impl Sketch {
                         segment_length: branch.length / branch.segments as f64,
                         length: branch.length,
                         curvature: Vector::zeros(),
-                        spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2) },
+                        spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2), ..Default::default() },
                     });
                     branches.push(b);
                 }

@@ -117,6 +117,19 @@ struct Deep {
     at: Vector,
 }
 
+/// What a reader of the scenario would refuse of a motion of a constraint to `position` among obstacles at these poses:
+/// the obstacle and the depth (m) to which it would hold the cable there.
+pub(crate) fn too_deep<'n>(
+    network: &'n Network,
+    f: usize,
+    position: &Vector,
+    poses: &[Pose],
+) -> Option<(&'n str, f64)> {
+    let bodies: Vec<(usize, Pose)> = poses.iter().copied().enumerate().collect();
+    let deep = deepest(network, f, &[*position], &bodies)?;
+    Some((network.obstacles[deep.obstacle].name.as_str(), deep.depth))
+}
+
 /// Deepest of some positions of a constraint that prescribes them, if it is deeper than the cable's radius.
 fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pose)]) -> Option<Deep> {
     let constraint = &network.constraints[f];

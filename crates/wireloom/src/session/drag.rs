@@ -2,6 +2,7 @@
 
 use super::error::SessionError;
 use super::harness::DrivenHarness;
+use crate::load::targets::too_deep;
 use wireloom_core::constraint::{Action, RotationHold};
 use wireloom_core::network::AttachedConstraint;
 use wireloom_core::rotation::{columns, shortest};
@@ -139,6 +140,16 @@ impl Drag {
     pub fn check(&self, goal: &Goal, harness: &DrivenHarness, at: &Checkpoint) -> Result<(), SessionError> {
         let stands = at.target(self.constraint).unwrap_or_else(Pose::identity);
         goal.check(&self.name, &stands.position, harness)?;
+        let network = &harness.network;
+        let inside = |to: [f64; 3]| too_deep(network, self.constraint, &to.into(), at.obstacle_poses());
+        if let Some((obstacle, depth)) = goal.position.and_then(inside) {
+            let message = format!(
+                "this takes \"{}\" {:.1} mm inside obstacle \"{obstacle}\", where it would hold the cable",
+                self.name,
+                1e3 * depth
+            );
+            return Err(SessionError::value(message, "keep its centre line outside"));
+        }
         if goal.orientation.is_some() && self.turning.is_none() {
             let name = &self.name;
             let message = format!("\"{name}\" does not hold the orientation of the cable, so it cannot be turned");

@@ -4,7 +4,7 @@ use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_nu
 use std::time::Instant;
 use wireloom::geometry::{Matrix, Rotation, Vector, frame_from};
 use wireloom::harness::Section;
-use wireloom::parts::{Arm, ArmSpring, JointKind, JointModel, JointSpec, Mounting};
+use wireloom::parts::{Arm, ArmSpring, JointKind, JointModel, JointShape, JointSpec, Mounting};
 use wireloom::testing::conformance::joint::{CHECKS, Subject};
 
 /// Arms of the joint for timing and invalid input.
@@ -98,7 +98,7 @@ fn spec() -> JointSpec {
             segment_length: 0.01,
             length: 1.0,
             curvature: Vector::zeros(),
-            spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2) },
+            spring: ArmSpring { bending: Some([0.3, 0.5]), torsion: Some(0.2), ..ArmSpring::default() },
         }
     };
     JointSpec { name: "trial".into(), arms: (0..ARMS).map(arm).collect(), wires: vec![] }
@@ -108,11 +108,13 @@ fn spec() -> JointSpec {
 fn evaluate(joint: &dyn JointModel, x: f64) -> Vec<u64> {
     let turned =
         |(a, arm): (usize, &Arm)| arm.rest * Rotation::from_scaled_axis(Vector::new(x, 0.3 * x * a as f64, -x));
-    let frames: Vec<Rotation> = spec().arms.iter().enumerate().map(turned).collect();
-    let mut gradient = [Vector::zeros(); ARMS];
-    let mut hessian = [Matrix::zeros(); ARMS * ARMS];
-    let mut numbers = vec![joint.energy(&frames), joint.add_gradient(&frames, &mut gradient)];
-    joint.add_hessian(&frames, &mut hessian);
+    let hub = (joint.mounting() == Mounting::CompliantHub).then(Rotation::identity);
+    let frames: Vec<Rotation> = spec().arms.iter().enumerate().map(turned).chain(hub).collect();
+    let mut gradient = vec![Vector::zeros(); frames.len()];
+    let mut hessian = vec![Matrix::zeros(); frames.len() * frames.len()];
+    let shape = JointShape { frames: &frames, memory: &joint.memory() };
+    let mut numbers = vec![joint.energy(&shape), joint.add_gradient(&shape, &mut gradient)];
+    joint.add_hessian(&shape, &mut hessian);
     numbers.extend(gradient.iter().flat_map(|v| [v.x, v.y, v.z]));
     numbers.extend(hessian.iter().flat_map(|block| block.iter().copied().collect::<Vec<_>>()));
     numbers.iter().map(|x| x.to_bits()).collect()

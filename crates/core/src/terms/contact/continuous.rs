@@ -1,7 +1,8 @@
 //! Continuous collision detection: no centre line passes through a surface or another centre line during a step.
 
 use super::term::ContactTerm;
-use crate::conditions::System;
+use crate::conditions::{ContactPoint, System};
+use crate::obstacle::Shape;
 use crate::{Pose, State, Vector};
 
 /// Fraction of the motion up to a collision that one step may cover.
@@ -10,6 +11,10 @@ pub(super) const SAFE: f64 = 0.9;
 const HALVINGS: usize = 50;
 /// Round-off of the intersection of two lines, as a fraction of the segments.
 const BESIDE: f64 = 1e-9;
+
+/// Length of a piece of cable that moves as its middle does, as a fraction of the cable's radius: thinner bodies may pass
+/// between contact points unseen.
+const THIN: f64 = 0.05;
 
 /// Straight segment, given by its ends.
 pub(super) type Piece = [Vector; 2];
@@ -92,8 +97,12 @@ impl ContactTerm {
                 continue;
             }
             let cached = &self.cached[i];
+            // The piece of cable up to the next contact point.
+            let next = ContactPoint { fraction: self.next[i], ..*point };
+            let (c, d) = (next.position(network, from), next.position(network, to));
+            let (piece, motion) = ((c - a).norm(), (b - a).norm().max((d - c).norm()));
             // At the last search no obstacle outside the cache was nearer than `reach`.
-            let out_of_reach = poses.is_none() && (a - at).norm() + (b - a).norm() <= *reach;
+            let out_of_reach = poses.is_none() && (a - at).norm() + piece + motion <= *reach;
             if out_of_reach && cached.is_empty() {
                 continue;
             }
@@ -105,26 +114,54 @@ impl ContactTerm {
                 let now = &system.conditions.contact.poses[o];
                 let was = poses.map_or(now, |poses| &poses[o]);
                 let (start, end) = (was.local(&a), now.local(&b));
+                let ends = [was.local(&c), now.local(&d)];
                 let path = (end - start).norm();
-                if path == 0.0 || cached.is_some_and(|cached| cached.is_beyond(&start, path)) {
+                let longest = path.max((ends[1] - ends[0]).norm());
+                let beyond = |reach: f64| cached.is_some_and(|cached| cached.is_beyond(&start, reach));
+                if longest == 0.0 || beyond(piece + longest) || self.is_held_inside(system, from, point, o) {
                     continue;
                 }
-                // A cable that is held inside an obstacle must be able to reach its target.
-                let radius = 0.5 * network.branches[point.branch].section.diameter;
-                if self.touch_radius(system, from, point, o as u32) < 0.5 * radius {
-                    continue;
+                let shape = &*obstacle.shape;
+                if path > 0.0 && !beyond(path) {
+                    let distance = shape.distance(&start, path);
+                    let entered = (distance > 0.0 && distance < path).then(|| shape.crossing(&start, &end)).flatten();
+                    free = entered.map_or(free, |fraction| free.min(SAFE * fraction));
                 }
-                let distance = obstacle.shape.distance(&start, path);
-                if !(distance > 0.0 && distance < path) {
-                    continue;
-                }
-                if let Some(fraction) = obstacle.shape.crossing(&start, &end) {
-                    free = free.min(SAFE * fraction);
+                if !self.is_held_inside(system, from, &next, o) {
+                    let short = THIN * 0.5 * network.branches[point.branch].section.diameter;
+                    let entered = entering(shape, [&[start, ends[0]], &[end, ends[1]]], short);
+                    free = entered.map_or(free, |fraction| free.min(SAFE * fraction));
                 }
             }
         }
         free
     }
+
+    /// Whether constraints hold the cable in an obstacle near a contact point: it must be able to reach their targets.
+    fn is_held_inside(&self, system: System<'_>, state: &State, point: &ContactPoint, obstacle: usize) -> bool {
+        let radius = 0.5 * system.network.branches[point.branch].section.diameter;
+        self.touch_radius(system, state, point, obstacle as u32) < 0.5 * radius
+    }
+}
+
+/// First fraction of the motion at which a straight piece of cable, whose ends move linearly in the axes of an obstacle,
+/// enters it between its ends; `short` is the length up to which it moves as its middle does.
+fn entering(shape: &dyn Shape, [p, p_end]: [&Piece; 2], short: f64) -> Option<f64> {
+    let middle = |piece: &Piece| 0.5 * (piece[0] + piece[1]);
+    let (from, to) = (middle(p), middle(p_end));
+    let half = 0.5 * (p[1] - p[0]).norm();
+    let path = (p_end[0] - p[0]).norm().max((p_end[1] - p[1]).norm());
+    let distance = shape.distance(&from, half + path);
+    if distance >= half + path {
+        return None;
+    }
+    // A cable that is inside already is free to leave.
+    let own = (distance > 0.0).then(|| shape.crossing(&from, &to)).flatten();
+    if 2.0 * half <= short {
+        return own;
+    }
+    let halves = [[&[p[0], from], &[p_end[0], to]], [&[from, p[1]], &[to, p_end[1]]]];
+    halves.into_iter().map(|half| entering(shape, half, short)).chain([own]).flatten().min_by(f64::total_cmp)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Constraints and loads, and where they attach.
 
 pub(crate) use super::identities::NAME;
-use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
+use super::identities::{COLOUR, DESCRIPTION, KBL, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
 use crate::format::limits::{ANY, DRAG_COEFFICIENT, FRICTION_COEFFICIENT, LOAD_FACTOR, POSITIVE};
 use wireloom_core::Quantity;
@@ -96,6 +96,7 @@ pub(crate) const CONSTRAINT: Keys = Keys {
         DESCRIPTION,
         SUPPLIER,
         COLOUR,
+        KBL,
     ],
 };
 

@@ -1,6 +1,6 @@
 //! Branches and joints.
 
-use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
+use super::identities::{COLOUR, DESCRIPTION, KBL, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Keys, may, must};
 use crate::format::limits::{FRACTION, MAX_COUNT, NON_NEGATIVE, POSITIVE, SPAN_LENGTH};
 use wireloom_core::Quantity;
@@ -42,6 +42,7 @@ pub(crate) const BRANCH: Keys = Keys {
         DESCRIPTION,
         SUPPLIER,
         COLOUR,
+        KBL,
     ],
 };
 
@@ -64,6 +65,12 @@ pub(crate) const JOINT: Keys = Keys {
             "torsion_stiffness",
             Form::Number(Quantity::MomentPerAngle, POSITIVE),
             "of the springs that hold the arms to a hub, about d3 of the arm; for the same models",
+        ),
+        may(
+            "friction",
+            Form::Table(&ARM_FRICTION),
+            "what slips beside these springs, so that a bent arm keeps a set: tape about a break-out; for \
+             `compliant-hub` only",
         ),
         PART,
         DESCRIPTION,
@@ -99,6 +106,33 @@ pub(crate) const ARM: Keys = Keys {
             Form::Number(Quantity::MomentPerAngle, POSITIVE),
             "of the spring that holds this arm to its hub, about d3 of the arm; default: that of the joint",
         ),
+        may("friction", Form::Table(&ARM_FRICTION), "what slips beside the spring of this arm; default: as the joint"),
+    ],
+};
+
+/// Friction between an arm and its hub.
+pub(crate) const ARM_FRICTION: Keys = Keys {
+    what: "friction",
+    keys: &[
+        may(
+            "bending",
+            Form::Tables(&ARM_FRICTION_ELEMENT),
+            "elements in bending, in parallel to bending_stiffness and to each other; alike about d1 and d2",
+        ),
+        may(
+            "torsion",
+            Form::Tables(&ARM_FRICTION_ELEMENT),
+            "elements in torsion, in parallel to torsion_stiffness and to each other",
+        ),
+    ],
+};
+
+/// Element of friction between an arm and its hub: a spring in series with a slider.
+pub(crate) const ARM_FRICTION_ELEMENT: Keys = Keys {
+    what: "element",
+    keys: &[
+        must("stiffness", Form::Number(Quantity::MomentPerAngle, POSITIVE), "stiffness that it adds while it sticks"),
+        must("moment", Form::Number(Quantity::Moment, POSITIVE), "moment at which it slips, and which it then keeps"),
     ],
 };
 

@@ -10,6 +10,17 @@ pub(crate) const DESCRIPTION: Key = may("description", Form::Name, "what the par
 pub(crate) const SUPPLIER: Key = may("supplier", Form::Name, "company that supplies it");
 pub(crate) const COLOUR: Key = may("colour", Form::Name, "its colour, in the words of the drawing");
 
+pub(crate) const KBL: Key = may("kbl", Form::Name, "id of the element of the KBL file that it was imported from");
+
+/// The KBL file of an import.
+pub(crate) const KBL_FILE: Keys = Keys {
+    what: "KBL file",
+    keys: &[
+        must("file", Form::Name, "its name"),
+        must("sha256", Form::Name, "SHA-256 of its bytes, in hexadecimal digits"),
+    ],
+};
+
 /// A component that does not act.
 pub(crate) const COMPONENT: Keys = Keys {
     what: "component",
