@@ -639,7 +639,13 @@ pub struct KblExportArguments {
     #[arg(short, long, value_name = "FILE.kbl")]
     pub output: PathBuf,
     /// Largest distance of the centre curves from the computed lines, in mm or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "0.1 mm", value_parser = values::millimetres)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0.1 mm",
+        allow_hyphen_values = true,
+        value_parser = values::millimetres
+    )]
     pub tolerance: f64,
     /// Print what was written as JSON, for programs: every segment, node, placement and fixing
     #[arg(long)]
