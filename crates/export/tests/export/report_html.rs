@@ -122,7 +122,7 @@ fn a_sheet_that_is_kept_is_green_only_if_the_run_converged() {
     let mut run = failing();
     run.requirements.truncate(1);
     assert!(page(&run, &[]).contains("class=\"sign verdict pass\"><small>verdict on the harness</small><strong>PASS"));
-    run.outcome = Outcome::Graded(wireloom_core::Status::Interrupted);
+    run.outcome = Outcome::Graded(Status::Interrupted);
     let page = page(&run, &[]);
     assert!(page.contains("class=\"sign verdict unresolved\"") && page.contains("class=\"sign status fail\""));
 }
