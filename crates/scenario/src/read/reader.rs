@@ -65,8 +65,6 @@ impl<'a> Reader<'a> {
     pub fn finish(self) -> Vec<Fault> {
         let mut faults = self.faults.into_inner();
         faults.sort_by_key(|fault| fault.span.start);
-        // A name may be read several times.
-        faults.dedup();
         faults
     }
 
@@ -231,11 +229,14 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// Notes a text with control characters: names go into files, tables and terminals.
+    /// Notes a text with control characters, once: names may be read several times, and go into files, tables and
+    /// terminals.
     pub fn refuse_control_characters(&self, what: &str, text: &str, span: Span) {
-        if let Some(control) = text.chars().find(|c| c.is_control()) {
-            let message = format!("{what} has the control character U+{:04X}", u32::from(control));
-            self.fault(span, message, "leave it out");
+        let Some(control) = text.chars().find(|c| c.is_control()) else { return };
+        let message = format!("{what} has the control character U+{:04X}", u32::from(control));
+        let fault = Fault { span, message, help: "leave it out".into() };
+        if !self.faults.borrow().contains(&fault) {
+            self.faults.borrow_mut().push(fault);
         }
     }
 
