@@ -141,6 +141,7 @@ mod tests {
             parts: vec![Part { of: Identified::Branch, name: "trunk".into(), identity }],
             components: vec![plug],
             connections: vec![wire],
+            ..Identities::default()
         };
         let parts = rows(|out| write_parts(&all, out));
         assert_eq!(parts[0], PARTS_HEADER);
