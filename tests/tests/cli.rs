@@ -39,6 +39,7 @@ fn main() -> ExitCode {
         ("a file that is no text ends with 1", no_text),
         ("a wrong command line ends with 1, help with 0", command_line),
         ("an unknown minimiser is refused with the known ones", unknown_minimiser),
+        ("a wrong value of an option is named", wrong_values),
         ("wires come from files beside the scenario, and check says what they make", wires_from_files),
         ("obstacles on a mechanism move in VTK files", vtk_of_mechanisms),
         ("sensitivities prints derivatives", sensitivities),
@@ -460,6 +461,8 @@ fn not_converged() -> Checked {
     place.file("s.toml", first()? + "\n[minimiser]\nkind = \"newton\"\nmax_iterations = 1\n")?;
     let ended = place.run(&["run", "s.toml", "--out", "o"])?.expect(2)?;
     ensure(ended.out.contains("iteration limit"), &ended)?;
+    ensure(ended.out.contains("no increment ended in an equilibrium\n"), &ended)?;
+    ensure(!ended.out.contains("tightest bend [mm]") && !ended.out.contains("largest force [N]"), &ended)?;
     let result = place.json("o/result.json")?;
     ensure(result["status"] == "iteration limit" && !result["steps"][0].is_null(), &result["status"])?;
     ensure(place.path("o/picture.svg").exists(), "no picture")
@@ -508,6 +511,10 @@ fn absent_file() -> Checked {
         let ended = place.run(&[command, "nothing.toml"])?.expect(3)?;
         ensure(ended.err.starts_with("error: cannot read nothing.toml: "), &ended)?;
     }
+    for arguments in [&["plugin", "check", "nothing.so"][..], &["models", "--allow-plugin", "nothing.so"]] {
+        let ended = place.run(arguments)?.expect(3)?;
+        ensure(ended.err.starts_with("error: cannot read the plugin nothing.so: "), &ended)?;
+    }
     Ok(())
 }
 
@@ -539,6 +546,25 @@ fn unknown_minimiser() -> Checked {
     ensure(ended.err.starts_with("command line:1:18: unknown minimiser \"magic\""), &ended)?;
     ensure(ended.err.contains("newton"), &ended)?;
     place.run(&["run", "s.toml", "--minimiser", "newton"])?.expect(0).map(|_| ())
+}
+
+/// They were taken, called something else, or said to be no argument.
+fn wrong_values() -> Checked {
+    let place = Place::new()?;
+    place.file("s.toml", first()?)?;
+    for (arguments, says) in [
+        (&["compare", "s.toml", "--segments", "0"][..], "`segments` = 0 is out of range"),
+        (&["compare", "s.toml", "--segments", "-2"], "invalid value '-2' for '--segments <NUMBERS>'"),
+        (&["compare", "s.toml", "--joint", "nix"], "unknown joint model \"nix\""),
+        (&["compare", "s.toml", "s.toml", "--tolerance", "-1 mm"], "-1 is not above zero"),
+        (&["sweep", "s.toml", "--into", "d", "--each", "0"], "invalid value '0' for '--each <N>'"),
+        (&["plugin", "check", "p.so", "--time-limit", "-1"], "--time-limit -1 is not valid"),
+        (&["import", "step", "p.stp", "-o", "d", "--deflection", "-1"], "-1 is not above zero"),
+    ] {
+        let ended = place.run(arguments)?.expect(1)?;
+        ensure(ended.err.contains(says) && ended.out.is_empty(), (&ended, says))?;
+    }
+    Ok(())
 }
 
 /// A file of wires is found from the folder of the scenario, whatever folder the program runs in.

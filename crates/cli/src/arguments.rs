@@ -2,6 +2,7 @@
 
 pub mod values;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -192,7 +193,7 @@ pub struct RunArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Carry out this point of the scenario's [sweep], counted from 0, to see its shape
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub point: Option<usize>,
     /// Write report.html, the whole run as one page, as with `report = true` in the scenario's [output]
     #[arg(long)]
@@ -226,7 +227,7 @@ pub struct VerifyArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Verify this point of the scenario's [sweep], counted from 0
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub point: Option<usize>,
     /// Write report.html, the whole run as one page that begins with the sheet
     #[arg(long)]
@@ -340,7 +341,7 @@ pub enum PluginTask {
         /// The library
         file: PathBuf,
         /// Time limit of one call, s
-        #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+        #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true)]
         time_limit: f64,
     },
     /// Show the plugins of the search path, with their kinds and parameters
@@ -412,6 +413,7 @@ pub struct SweepArguments {
     pub points: Option<Range<usize>>,
     /// Number of points of a part, without --points
     #[arg(long, value_name = "N", requires = "into", conflicts_with = "points", default_value_t = POINTS)]
+    #[arg(allow_negative_numbers = true, value_parser = RangedU64ValueParser::<usize>::new().range(1..))]
     pub each: usize,
     /// Write these columns of the table only, besides point, status and message
     #[arg(long, value_name = "COLUMN", requires = "into", num_args = 1.., value_delimiter = ',')]
@@ -504,7 +506,7 @@ pub struct IdentifyArguments {
     #[arg(long, value_name = "KEY,KEY,...=DEVIATION")]
     pub smooth: Vec<String>,
     /// Standard deviation of a measured coordinate, m, or load, N [default: that of the differences which remain]
-    #[arg(long, value_name = "DEVIATION")]
+    #[arg(long, value_name = "DEVIATION", allow_negative_numbers = true)]
     pub noise: Option<f64>,
     /// Print the answer as JSON, for programs
     #[arg(long)]
@@ -565,7 +567,7 @@ pub struct CompareArguments {
     #[arg(long, value_name = "KINDS", value_delimiter = ',')]
     pub minimiser: Vec<String>,
     /// ... with each of these numbers of segments for every branch; with three or more, their convergence
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',')]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', allow_negative_numbers = true)]
     pub segments: Vec<usize>,
     /// ... with each of these values for a key, such as branches.left.length=0.4,"500 mm" (`*` stands for every entry)
     #[arg(long, value_name = "KEY=VALUES")]
@@ -580,7 +582,13 @@ pub struct CompareArguments {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Largest distance of shapes that are the same, in metres or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = values::length)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "1 mm",
+        allow_hyphen_values = true,
+        value_parser = values::length
+    )]
     pub tolerance: f64,
     /// Show no progress
     #[arg(long, short)]
@@ -631,7 +639,13 @@ pub struct KblExportArguments {
     #[arg(short, long, value_name = "FILE.kbl")]
     pub output: PathBuf,
     /// Largest distance of the centre curves from the computed lines, in mm or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "0.1 mm", value_parser = values::millimetres)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0.1 mm",
+        allow_hyphen_values = true,
+        value_parser = values::millimetres
+    )]
     pub tolerance: f64,
     /// Print what was written as JSON, for programs: every segment, node, placement and fixing
     #[arg(long)]
@@ -649,7 +663,7 @@ pub struct FormboardArguments {
     pub output: PathBuf,
     /// Width and height of the board in mm or with units, such as 4000x1600 or "4 m x 1.6 m" [default: as many sheets
     /// A0, lying side by side, as the harness needs with a straight trunk]
-    #[arg(long, value_name = "WxH", value_parser = values::board)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::board)]
     pub board: Option<[f64; 2]>,
     /// Distance between the surfaces of branches beside each other, in mm or with a unit
     #[arg(
@@ -701,7 +715,13 @@ pub struct StepArguments {
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// Largest distance of the triangles from the surfaces, in mm or with a unit
-    #[arg(long, value_name = "LENGTH", default_value = "0.1 mm", value_parser = values::millimetres)]
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "0.1 mm",
+        allow_hyphen_values = true,
+        value_parser = values::millimetres
+    )]
     pub deflection: f64,
     /// Leave out the parts whose name, or path in the assembly, fits; * stands for any characters, ? for one
     #[arg(long, value_name = "PATTERN")]
@@ -742,10 +762,16 @@ pub struct KblArguments {
     #[arg(long, value_name = "N", requires = "order")]
     pub seed: Option<u64>,
     /// Largest discretisation error of bend radii, by which the mesh is made when the scenario runs [default: 2 %]
-    #[arg(long, value_name = "RATIO", value_parser = values::ratio, conflicts_with = "spacing")]
+    #[arg(
+        long,
+        value_name = "RATIO",
+        allow_hyphen_values = true,
+        value_parser = values::ratio,
+        conflicts_with = "spacing"
+    )]
     pub accuracy: Option<f64>,
     /// Longest segment of a branch, in metres or with a unit, instead of an accuracy
-    #[arg(long, value_name = "LENGTH", value_parser = values::length)]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = values::length)]
     pub spacing: Option<f64>,
     /// Name of the scenario [default: the harness's name in the file]
     #[arg(long)]

@@ -1,8 +1,9 @@
-//! The largest reaction of each constraint and the tightest bend of each branch over all increments, which are seldom
-//! those at the end.
+//! The largest reaction of each constraint and the tightest bend of each branch over all increments that ended in an
+//! equilibrium, which are seldom those at the end.
 
 use serde::{Deserialize, Serialize};
 use wireloom::StepResult;
+use wireloom::export::table::is_balanced;
 use wireloom::result::{BranchResult, ConstraintResult};
 
 /// The largest force of a constraint.
@@ -50,8 +51,11 @@ pub struct Extremes {
 }
 
 impl Extremes {
-    /// Takes one more equilibrium into account.
+    /// Takes one more increment into account, if it ended in an equilibrium.
     pub fn see(&mut self, end: &StepResult) {
+        if !is_balanced(end) {
+            return;
+        }
         for constraint in &end.constraints {
             self.see_constraint(constraint, &end.name);
         }

@@ -21,6 +21,7 @@ use crate::format::{Ended, File, Format, ends};
 use crate::local::{Local, node_count};
 use crate::picture::{self, Drawing};
 use crate::sheet::{capitals, open_in};
+use crate::table::is_balanced;
 use base64::Engine;
 use layout::{OPEN, fixed, heading, millimetres, radius};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -329,7 +330,7 @@ fn reaction(constraint: &ConstraintResult, part: Option<&str>) -> Markup {
     }
 }
 
-/// A branch over all steps shown.
+/// A branch over all steps that ended in an equilibrium.
 struct Course<'a> {
     last: &'a BranchResult,
     /// Tightest bend: step, radius and arc length, m.
@@ -364,14 +365,19 @@ impl<'a> Course<'a> {
 }
 
 fn branches(ends: &[&StepResult]) -> Markup {
+    let ends: Vec<&StepResult> = ends.iter().copied().filter(|end| is_balanced(end)).collect();
+    let ends = ends.as_slice();
     let count = ends.last().map_or(0, |end| end.branches.len());
     let mut courses: Vec<Course> = (0..count).filter_map(|k| Course::of(k, ends)).collect();
     courses.sort_by(|a, b| b.use_of_limit().total_cmp(&a.use_of_limit()).then(a.tightest.1.total_cmp(&b.tightest.1)));
     html! {
         section id="branches" {
             h2 { "Branches" }
-            p { "At the ends of the steps; the branch nearest to its limit first." }
-            table {
+            @if ends.is_empty() {
+                p { "No step ended in an equilibrium." }
+            } @else {
+                p { "At the ends of the steps that ended in an equilibrium; the branch nearest to its limit first." }
+                table {
                 (heading(&[
                     "branch", ">tightest bend [mm]", ">limit [mm]", ">of limit", ">at s [mm]", "in step",
                     ">largest tension [N]", "in step",
@@ -392,6 +398,7 @@ fn branches(ends: &[&StepResult]) -> Markup {
                         td { (ends[course.pulled.0].name) }
                     }
                 } }
+                }
             }
             @for (k, course) in courses.iter().enumerate() {
                 details id={ "b" (k) } open[k < OPEN] {

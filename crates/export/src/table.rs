@@ -152,10 +152,15 @@ pub struct Extremes {
     constraints: BTreeMap<String, [f64; 2]>,
 }
 
+/// Whether an increment ended in an equilibrium: its values count in tables and requirements.
+pub fn is_balanced(end: &StepResult) -> bool {
+    matches!(end.status, Status::Converged | Status::Stalled)
+}
+
 impl Extremes {
     /// Adds an increment.
     pub fn add(&mut self, end: &StepResult) {
-        if !matches!(end.status, Status::Converged | Status::Stalled) {
+        if !is_balanced(end) {
             return;
         }
         self.branches.resize(end.branches.len(), [f64::INFINITY, f64::NEG_INFINITY]);

@@ -279,6 +279,92 @@ covering = [{ type = \"test tape\", share = 0.5 }]
     assert!(text.contains(expected), "{text}");
 }
 
+/// The findings of an import.
+fn findings(text: &str) -> Vec<String> {
+    imported(text).findings.iter().map(ToString::to_string).collect()
+}
+
+/// What stood behind a comment or processing instruction was lost, with the ways of wires and the digits of lengths.
+#[test]
+fn a_comment_within_a_text_does_not_cut_it() {
+    let divided = with("<Segments>s1 s2</Segments>", "<Segments>s1 <!-- then -->s2</Segments>")
+        .replace(">307.9<", ">307.<?note?>9<")
+        .replace("<Part>core1<", "<Part><!-- first -->core1<");
+    assert_ne!(divided, SMALL);
+    assert_eq!(parsed(&divided), parsed(SMALL));
+}
+
+#[test]
+fn a_segment_without_wires_does_not_have_minus_zero_copper() {
+    let without = with("<Segments>s4 s2</Segments>", "");
+    let scenario = imported(&without).scenario;
+    assert!(
+        scenario.contains("] # 1 wire, though the file routes none here") && !scenario.contains("-0.00 mm²"),
+        "{scenario}"
+    );
+}
+
+/// They were said to cover no segment.
+#[test]
+fn coverings_of_a_segment_without_a_length_of_its_own_cover_it() {
+    let found = findings(&with("<Value_component>307.9<", "<Value_component>0<"));
+    assert!(!found.iter().any(|finding| finding.contains("cover no segment")), "{found:#?}");
+}
+
+/// They were taken, the first one cut to what a scenario may have.
+#[test]
+fn masses_that_cannot_be_are_told_and_left_out() {
+    let heavy = "<Unit_component>uKG</Unit_component><Value_component>60000<";
+    let tape = with("<Unit_component>uGM</Unit_component><Value_component>4<", heavy)
+        .replace("<Unit id=\"uM\">", "<Unit id=\"uKG\"><Unit_name>kg</Unit_name></Unit><Unit id=\"uM\">");
+    let found = findings(&tape);
+    let what = "Wire_protection_occurrence `tape1`: 60000 kg on a length of 0.155 m is impossible; left out";
+    assert!(found.iter().any(|finding| finding == what), "{found:#?}");
+    let wire = with(
+        "<Unit_component>uGM</Unit_component><Value_component>6<",
+        "<Unit_component>uGM</Unit_component><Value_component>60<",
+    );
+    let found = findings(&wire);
+    let what = "General_wire `part1`: its mass is 60.0 g/m, and solid copper of its outside diameter would have \
+                18.0 g/m; left out";
+    assert!(found.iter().any(|finding| finding == what), "{found:#?}");
+    let what = "wires without usable mass per length; estimated: General_wire `part1`";
+    assert!(found.iter().any(|finding| finding.contains(what)), "{found:#?}");
+}
+
+/// It was a bundle of the cores that are routed, with their diameters and bend radii.
+#[test]
+fn a_cable_counts_with_its_jacket_wherever_one_of_its_cores_runs() {
+    let jacket = "<Bend_radius id=\"rj\"><Unit_component>uMM</Unit_component><Value_component>48</Value_component>\
+                  </Bend_radius><Outside_diameter id=\"dj\"><Unit_component>uMM</Unit_component><Value_component>9\
+                  </Value_component></Outside_diameter>";
+    let one = with("<Core id=\"core1\">", &format!("{jacket}<Core id=\"core1\">"));
+    let both = one
+        .replace("<Connection id=\"c4\">", "<Connection id=\"c5\"><Wire>w5</Wire></Connection><Connection id=\"c4\">")
+        .replace(
+            "</Core_occurrence>",
+            "</Core_occurrence><Core_occurrence id=\"w5\"><Part>core2</Part></Core_occurrence>",
+        )
+        .replace(
+            "<Routing id=\"q4\">",
+            "<Routing id=\"q5\"><Routed_wire>c5</Routed_wire><Segments>s3 s1</Segments></Routing>\
+                                         <Routing id=\"q4\">",
+        );
+    let whole = with("<Wire>w3</Wire>", "<Wire>wc</Wire>")
+        .replace("<Core id=\"core1\">", &format!("{jacket}<Core id=\"core1\">"));
+    for text in [&one, &both, &whole] {
+        let scenario = imported(text).scenario;
+        let cable = "[wires.\"2 mm², 9 mm\"]\n";
+        let (_, own) = scenario.split_once(cable).unwrap_or_else(|| panic!("{scenario}"));
+        let own = own.split("\n\n").next().unwrap();
+        for value in ["linear_density = \"24 g/m\"", "min_bend_radius = \"48 mm\"", "diameter = \"9 mm\""] {
+            assert!(own.contains(value), "{own}");
+        }
+        // In the trunk with two wires, once.
+        assert!(scenario.contains("count = 2 }, { type = \"2 mm², 9 mm\" }]"), "{scenario}");
+    }
+}
+
 /// A covering like none that is known counts with its mass.
 #[test]
 fn coverings_that_are_not_known_are_reported() {

@@ -39,7 +39,7 @@ impl<'t> Places<'t> {
             if at >= marks.len() * Self::APART {
                 marks.push((at, line, column));
             }
-            (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
+            (line, column) = after(c, line, column);
         }
         Self { text, marks }
     }
@@ -50,9 +50,18 @@ impl<'t> Places<'t> {
         let before = self.marks.partition_point(|(mark, ..)| *mark <= at);
         let Some(&(mark, mut line, mut column)) = before.checked_sub(1).map(|k| &self.marks[k]) else { return (1, 1) };
         for c in self.text[mark..at].chars() {
-            (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
+            (line, column) = after(c, line, column);
         }
         (line, column)
+    }
+}
+
+/// Line and column after a character. A byte order mark, which no editor shows, has no column.
+fn after(c: char, line: usize, column: usize) -> (usize, usize) {
+    match c {
+        '\n' => (line + 1, 1),
+        '\u{feff}' => (line, column),
+        _ => (line, column + 1),
     }
 }
 

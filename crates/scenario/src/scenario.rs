@@ -67,6 +67,8 @@ pub struct Scenario {
     pub identities: Identities,
     /// Part numbers of constraints that the catalogue does not have.
     pub unmatched: Vec<String>,
+    /// Notes on other files.
+    pub file_notes: Vec<String>,
     /// Output besides the result.
     pub output: Output,
 }

@@ -44,7 +44,13 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
             let trials = all.into_iter().map(|(name, text)| (name, Some(text)));
             tried(file, &trials.collect::<Vec<_>>(), &variants, &trust, &bar)?
         }
-        ([_], 0 | 1) => {
+        ([file], 0 | 1) => {
+            // A value that is wrong is told before that one is not enough.
+            if let [Variant { settings, .. }] = &variants[..]
+                && is_scenario(file)
+            {
+                load::scenario(file, settings, &trust)?;
+            }
             return refused(
                 "nothing to compare it with: \
                  give two or more folders or scenarios, or options such as --segments 20,40,80",

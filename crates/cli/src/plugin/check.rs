@@ -7,7 +7,7 @@ mod trial;
 use crate::failure::{Failure, Outcome};
 use crate::plugin::crash;
 use crate::plugin::describe::{describe, describe_joint};
-use crate::plugin::load::record;
+use crate::plugin::load::{not_loaded, record};
 use crate::print::text::{counted, printable};
 use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,9 +23,7 @@ pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcom
     crash::prepare(time_limit);
     let mut registry = wireloom::registry();
     let mut loaded = Plugins::default();
-    let plugin = loaded
-        .load(file, &mut registry)
-        .map_err(|error| Failure::Input(format!("{error}\n  help: {}", error.reason.help())))?;
+    let plugin = loaded.load(file, &mut registry).map_err(not_loaded)?;
     let mut faults = 0;
     let mut print = || {
         writeln!(out, "{}: {}", printable(&record(plugin).to_string()), printable(&plugin.doc))?;

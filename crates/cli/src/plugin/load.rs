@@ -4,9 +4,10 @@ use crate::arguments::Allowed;
 use crate::failure::{Failure, Refusal};
 use crate::plugin::crash;
 use crate::plugin::trust::Trust;
+use std::io::ErrorKind;
 use std::path::Path;
 use wireloom::Registry;
-use wireloom::plugins::{LoadError, Plugin, Plugins};
+use wireloom::plugins::{LoadError, Plugin, Plugins, Reason};
 use wireloom::result::Library;
 use wireloom::scenario::Fault;
 
@@ -42,10 +43,21 @@ pub fn load_allowed(allowed: &Allowed, registry: &mut Registry) -> Result<Plugin
     let mut plugins = Plugins::default();
     for file in &allowed.allow_plugin {
         crash::prepare(LOOK_LIMIT);
-        let loaded = plugins.load(file, registry);
-        loaded.map_err(|error| Failure::Input(format!("{error}; {}", error.reason.help())))?;
+        plugins.load(file, registry).map_err(not_loaded)?;
     }
     Ok(plugins)
+}
+
+/// The failure of a plugin that is named on the command line. A file that is missing or cannot be read is an I/O fault,
+/// one of an unsuitable kind is refused input, as for [`crate::files::load::text`].
+pub fn not_loaded(error: LoadError) -> Failure {
+    let help = error.reason.help();
+    match error.reason {
+        Reason::Unreadable(source) if source.kind() != ErrorKind::InvalidInput => {
+            Failure::Io { what: format!("cannot read the plugin {}", error.file.display()), source }
+        }
+        _ => Failure::Input(format!("{error}\n  help: {help}")),
+    }
 }
 
 /// A plugin as results record it.

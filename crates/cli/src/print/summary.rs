@@ -6,6 +6,7 @@ use crate::print::table::{Columns, ROWS};
 use crate::print::text::{printable, time};
 use crate::print::{operations, sheet};
 use std::io::{self, Write};
+use wireloom::export::table::is_balanced;
 use wireloom::geometry::Vector;
 use wireloom::result::{
     BranchResult, Clearance, ConstraintResult, Deviation, DeviationCause, Event, Group, Identified, Identities,
@@ -29,21 +30,22 @@ pub fn print(run: &Run, size: &str, extremes: &Extremes, built: usize, out: &mut
     }
     steps(run, out)?;
     operations::print(run, out)?;
-    if let Some(end) = run.steps.last() {
-        constraints(end, &extremes.loads, &run.identities, out)?;
-        outputs(end, out)?;
+    let end = run.steps.last().filter(|end| is_balanced(end));
+    if end.is_none() {
+        let none = extremes.bends.is_empty();
+        let what = if none { "no increment ended in an equilibrium" } else { "the end is not an equilibrium" };
+        let shown = if none { "" } else { ": the tables are of the increments that ended in one" };
+        writeln!(out, "{what}{shown}\n")?;
     }
+    constraints(end, &extremes.loads, &run.identities, out)?;
+    end.map_or(Ok(()), |end| outputs(end, out))?;
     bends(&extremes.bends, out)?;
-    if let Some(end) = run.steps.last() {
-        deviations(&end.branches, out)?;
-    }
+    end.map_or(Ok(()), |end| deviations(&end.branches, out))?;
     if let Some(drawn_start) = &run.drawn_start {
         drawn_start.lines().iter().try_for_each(|line| writeln!(out, "{}", printable(line)))?;
         writeln!(out)?;
     }
-    if let Some(end) = run.steps.last() {
-        obstacles(end, out)?;
-    }
+    end.map_or(Ok(()), |end| obstacles(end, out))?;
     clearances(&run.clearances, out)?;
     events(&run.events, out)?;
     notes(&run.notes, built, out)
@@ -99,7 +101,13 @@ fn steps(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     table.print(out)
 }
 
-fn constraints(end: &StepResult, loads: &[Load], identities: &Identities, out: &mut dyn Write) -> io::Result<()> {
+/// Forces of constraints: the largest ones, and those at the end if that is an equilibrium.
+fn constraints(
+    end: Option<&StepResult>,
+    loads: &[Load],
+    identities: &Identities,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let mut loads: Vec<&Load> = loads.iter().collect();
     let left_out = keep(&mut loads, |load| load.force);
     let parts = loads.iter().any(|load| identities.find(Identified::Constraint, &load.name).is_some());
@@ -110,8 +118,9 @@ fn constraints(end: &StepResult, loads: &[Load], identities: &Identities, out: &
     columns.extend(["force at the end [N]", "moment at the end [N m]", ">largest force [N]", "in step"]);
     let mut table = Columns::new(columns);
     for load in loads {
-        let now = end.constraints.iter().find(|constraint| constraint.name == load.name);
         let vector = |part: fn(&ConstraintResult) -> Vector, digits| {
+            let Some(end) = end else { return "unknown".into() };
+            let now = end.constraints.iter().find(|constraint| constraint.name == load.name);
             now.map_or_else(|| "released".into(), |constraint| vector(&part(constraint), digits))
         };
         let part = identities.find(Identified::Constraint, &load.name).and_then(|own| own.part.clone());

@@ -1,6 +1,7 @@
 //! `report.html`.
 
 use crate::samples::{among_obstacles, broken, failing, run, v, y_harness};
+use wireloom_core::Status;
 use wireloom_core::equilibrium::{OperationResult, Outcome, PartFamily, PartFault, Run, SpanResult, StationResult};
 use wireloom_export::report::{Report, write};
 
@@ -121,7 +122,7 @@ fn a_sheet_that_is_kept_is_green_only_if_the_run_converged() {
     let mut run = failing();
     run.requirements.truncate(1);
     assert!(page(&run, &[]).contains("class=\"sign verdict pass\"><small>verdict on the harness</small><strong>PASS"));
-    run.outcome = Outcome::Graded(wireloom_core::Status::Interrupted);
+    run.outcome = Outcome::Graded(Status::Interrupted);
     let page = page(&run, &[]);
     assert!(page.contains("class=\"sign verdict unresolved\"") && page.contains("class=\"sign status fail\""));
 }
@@ -211,4 +212,25 @@ fn what_touches_and_what_is_near_is_told() {
         assert!(page.contains(told), "{told}");
     }
     assert!(!self::page(&run("alone", vec![y_harness()]), &texts()).contains("Clearance"));
+}
+
+/// They had the tightest bend of a shape that was on its way to the equilibrium.
+#[test]
+fn branches_have_the_values_of_equilibria_alone() {
+    let branches = |page: &str| {
+        let (_, section) = page.split_once("<section id=\"branches\">").expect("the section");
+        section.split("</section>").next().expect("its end").to_owned()
+    };
+    let mut lost = y_harness();
+    (lost.name, lost.status) = ("lost".into(), Status::IterationLimit);
+    let rows = branches(&page(&run("y-harness", vec![y_harness(), lost.clone()]), &texts()));
+    assert!(rows.contains("<td>equilibrium</td>") && !rows.contains("lost"), "{rows}");
+    for branch in &mut lost.branches {
+        branch.bend_radius.fill(1e-3);
+    }
+    assert_eq!(branches(&page(&run("y-harness", vec![y_harness(), lost.clone()]), &texts())), rows);
+    let page = page(&run("y-harness", vec![lost]), &texts());
+    elements(&page);
+    let none = branches(&page);
+    assert!(none.contains("No step ended in an equilibrium.") && !none.contains("<table>"), "{none}");
 }

@@ -132,8 +132,13 @@ fn sections(document: &Document, laid: &[Laid]) -> (Vec<Section>, Vec<usize>) {
             *known.entry(&laid.makeup).or_insert_with(|| {
                 let count = laid.bundle.wires;
                 let plain = if count == 1 { "wire" } else { "wires" };
-                let copper: f64 = segment.wires.iter().filter_map(|&wire| document.wires[wire].copper_area).sum();
-                let remark = format!("{count} {plain}, {:.2} mm² copper", copper * 1e6);
+                let areas = segment.wires.iter().filter_map(|&wire| document.wires[wire].copper_area);
+                // The sum of no numbers would be -0.
+                let copper = areas.fold(0.0, |sum, area| sum + area);
+                let remark = match segment.wires[..] {
+                    [] => format!("{count} {plain}, though the file routes none here"),
+                    _ => format!("{count} {plain}, {:.2} mm² copper", copper * 1e6),
+                };
                 let name = names.take(&format!("{count}-{plain}"), "wires");
                 sections.push(Section { name, makeup: laid.makeup.clone(), remark });
                 sections.len() - 1

@@ -145,7 +145,7 @@ pub(super) struct Covering {
     pub to: Location,
 }
 
-/// A single wire, or one core of a cable.
+/// A single wire, a cable with its jacket, or one core of a cable without.
 pub(super) struct Wire {
     /// XML id of the occurrence.
     pub id: String,
@@ -169,6 +169,7 @@ pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -
         occurrences: occurrences(root),
         units: HashMap::new(),
         per_copper: HashMap::new(),
+        jackets: HashMap::new(),
         identities: HashMap::new(),
         places: Places::of(text),
         chosen: Chosen::default(),
@@ -232,13 +233,14 @@ fn number(node: Xml, largest: f64) -> Result<f64, ImportError> {
     }
 }
 
-/// `D(i)=8.3` and `D(a)=13.4` in the description of a tube: inner and outer diameter in mm, as German part names give
-/// them; here in m.
+/// `D(i)=8.3` and `D(a)=13,4` in the description of a tube: inner and outer diameter in mm, as German part names give
+/// them, with a decimal point or comma; here in m.
 pub(super) fn diameters(description: &str) -> (Option<f64>, Option<f64>) {
     let after = |mark: &str| {
         let rest = description.split(mark).nth(1)?;
-        let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(rest.len());
-        rest[..end].parse::<f64>().ok().filter(|d| *d > 0.1 && *d < 1000.0).map(|d| d * 1e-3)
+        let end = rest.find(|c: char| !(c.is_ascii_digit() || ".,".contains(c))).unwrap_or(rest.len());
+        let number = rest[..end].trim_end_matches(['.', ',']).replace(',', ".");
+        number.parse::<f64>().ok().filter(|d| *d > 0.1 && *d < 1000.0).map(|d| d * 1e-3)
     };
     (after("D(i)="), after("D(a)="))
 }
@@ -277,6 +279,8 @@ struct Reader<'a, 'i, 'f> {
     units: HashMap<&'a str, Unit>,
     /// Known masses of cables with several cores, by area of copper.
     per_copper: HashMap<NodeId, Option<f64>>,
+    /// Known outside diameters of cables with several cores, m.
+    jackets: HashMap<NodeId, Option<f64>>,
     /// Identities of parts, as far as they were asked for.
     identities: HashMap<NodeId, Identity>,
     /// Broken references are findings, of which there may be very many.
@@ -651,8 +655,15 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         if self.unit_of(part, "Mass_information") == Some(Quantity::Mass) {
             let mass = self.value(part, "Mass_information", Quantity::Mass)?;
             let length = self.value(occurrence, "Protection_length", Quantity::Length)?;
+            let Some((mass, length)) = mass.zip(length) else { return Ok(None) };
             let [least, greatest] = Quantity::MassPerLength.range();
-            return Ok(mass.zip(length).map(|(mass, length)| (mass / length).clamp(least, greatest)));
+            let density = mass / length;
+            if (least..=greatest).contains(&density) {
+                return Ok(Some(density));
+            }
+            self.findings
+                .add(format!("{}: {mass} kg on a length of {length} m is impossible; left out", title(occurrence)));
+            return Ok(None);
         }
         self.value(part, "Mass_information", Quantity::MassPerLength)
     }
@@ -664,12 +675,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Reports coverings whose length is not that of the places that they cover, where the harness has all of these.
     fn note_protection_lengths(&mut self, root: Xml<'a, 'i>, segments: &[Segment]) -> Result<(), ImportError> {
-        let mut covered: BTreeMap<&str, f64> = BTreeMap::new();
+        // None where a segment has no length of its own.
+        let mut covered: BTreeMap<&str, Option<f64>> = BTreeMap::new();
         for segment in segments {
-            let Some(length) = segment.physical_length.or(segment.virtual_length) else { continue };
+            let length = segment.physical_length.or(segment.virtual_length);
             for covering in &segment.coverings {
-                let span = covering.to.fraction(length) - covering.from.fraction(length);
-                *covered.entry(&covering.id).or_default() += span.abs() * length;
+                let span = |length| (covering.to.fraction(length) - covering.from.fraction(length)).abs() * length;
+                let sum = covered.entry(&covering.id).or_insert(Some(0.0));
+                *sum = sum.zip(length).map(|(sum, length)| sum + span(length));
             }
         }
         let without = children(root, "Segment").filter(|segment| self.left_out.contains(&segment.id()));
@@ -686,7 +699,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 let stated = self.value(occurrence, "Protection_length", Quantity::Length)?;
                 match (covered.get(id), stated) {
                     (None, _) => self.findings.add_to("coverings cover no segment; not counted", id),
-                    (Some(covered), Some(stated)) if (covered - stated).abs() > 0.01 * stated + 1e-3 => {
+                    (Some(Some(covered)), Some(stated)) if (covered - stated).abs() > 0.01 * stated + 1e-3 => {
                         self.findings.add_to(
                             "coverings do not have the length of the places that they cover; the places count",
                             format!("{id} ({:.1} mm, places {:.1} mm)", stated * 1e3, covered * 1e3),
@@ -704,11 +717,19 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 mod tests {
     use super::diameters;
 
+    /// They were read as 8 mm and 13 mm.
+    #[test]
+    fn a_decimal_comma_in_the_description_of_a_tube_does_not_cut_its_diameters() {
+        let (inner, outer) = diameters("Tube D(i)=8,9 D(a)=13,9");
+        assert!((inner.unwrap() - 8.9e-3).abs() < 1e-15 && (outer.unwrap() - 13.9e-3).abs() < 1e-15);
+    }
+
     #[test]
     fn diameters_stand_in_the_description_of_some_tubes() {
         let (inner, outer) = diameters("Tube size 8 D(i)=7.5 D(a)=10.25 black");
         assert!((inner.unwrap() - 7.5e-3).abs() < 1e-15 && (outer.unwrap() - 10.25e-3).abs() < 1e-15);
         assert_eq!(diameters("Tube D(a)="), (None, None));
+        assert_eq!(diameters("Tube D(i)=8, D(a)=10."), (Some(8e-3), Some(10e-3)));
         assert_eq!(diameters("tape"), (None, None));
     }
 }

@@ -78,6 +78,7 @@ impl Scenario {
                 self.unmatched.join(", ")
             ));
         }
+        notes.extend(self.file_notes.iter().cloned());
         notes.extend(self.notes(&models));
         notes.extend(self.obstacles.iter().flat_map(|body| body.notes.iter().cloned()));
         let joints = self.joint_plans(models);

@@ -4,7 +4,7 @@ pub(crate) mod constraints;
 mod harness;
 pub(crate) mod identities;
 mod library;
-mod mechanisms;
+pub(crate) mod mechanisms;
 mod optimise;
 mod requirements;
 mod run;

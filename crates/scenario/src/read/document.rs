@@ -59,9 +59,12 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let entries = root.entries("joints");
     let joints: Vec<Joint> = entries.iter().filter_map(|entry| joints::joint(entry, &mut names)).collect();
     joints::refuse_dangling(&root, &mut names);
-    let lengths: f64 = branches.iter().map(|branch| branch.length).sum();
+    let cables = obstacles::Cables {
+        length: branches.iter().map(|branch| branch.length).sum(),
+        thinnest: sections.iter().map(|section| section.diameter).fold(f64::INFINITY, f64::min),
+    };
     let entries = root.entries("mechanisms");
-    let links: Vec<_> = entries.iter().flat_map(|entry| mechanisms::mechanism(entry, lengths, &mut names)).collect();
+    let links: Vec<_> = entries.iter().flat_map(|entry| mechanisms::mechanism(entry, cables, &mut names)).collect();
     let entries = root.entries("constraints");
     let mut constraints: Vec<_> =
         entries.iter().filter_map(|entry| constraint(entry, true, false, &mut names)).collect();
@@ -70,7 +73,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let initial = root.entry("initial").and_then(|entry| initial(&entry, &mut names));
     let minimiser = minimiser(&root, &mut names);
     let entries = root.entries("obstacles");
-    let own = entries.iter().filter_map(|entry| obstacles::obstacle(entry, lengths, &mut names));
+    let own = entries.iter().filter_map(|entry| obstacles::obstacle(entry, cables, &mut names));
     let obstacles = links.into_iter().chain(own).collect();
     let contact = root.entry("contact").map_or_else(ContactSettings::default, |entry| obstacles::contact(&entry));
     let step_entries = root.entries("steps");
@@ -110,6 +113,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
         optimise,
         identities,
         unmatched,
+        file_notes: names.file_notes.clone(),
         output,
     };
     (scenario, !names.broken)

@@ -420,6 +420,7 @@ impl<'a> Entry<'a> {
         };
         let mut entries = Vec::new();
         for (key, value) in tables {
+            self.reader.refuse_control_characters(&format!("a name in `{name}`"), key.get_ref(), key.span());
             let DeValue::Table(table) = value.get_ref() else {
                 let what = format!("`{name}` has the key `{}`, which is no table", key.get_ref());
                 self.reader.fault(value.span(), what, format!("write [{name}.NAME] tables"));

@@ -6,10 +6,11 @@ use super::entry::Entry;
 use super::freedoms::{UNLIMITED, quantity, shown};
 use super::kinds::Chosen;
 use super::names::{Names, register};
-use super::obstacles::{Placed, body};
+use super::obstacles::{Cables, Placed, body};
 use super::places::facing;
 use super::reader::Node;
 use crate::fault::did_you_mean;
+use crate::format::keys::mechanisms::LINK_SHAPES;
 use crate::format::limits::ANY;
 use crate::scenario::{Body, Facing};
 use crate::span::Span;
@@ -36,8 +37,8 @@ struct Parts {
 }
 
 /// A mechanism; its bodies and joints get their names. Nothing if it is faulty. Returns the shapes of its links that
-/// are obstacles; `lengths`: length of all cables together, m.
-pub(crate) fn mechanism<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a>) -> Vec<Body> {
+/// are obstacles.
+pub(crate) fn mechanism<'a>(entry: &Entry<'a>, cables: Cables, names: &mut Names<'a>) -> Vec<Body> {
     let before = entry.reader.fault_count();
     let index = names.mechanisms.len();
     let name = entry.word("name").filter(|name| register(entry, "mechanism", &mut names.mechanism_names, name, index));
@@ -56,7 +57,7 @@ pub(crate) fn mechanism<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'
                 names.mechanism_joints.add(name, &own.name, (index, joint));
             }
             names.mechanisms.push(mechanism);
-            link_shapes(entry, name, parts, lengths, names)
+            link_shapes(entry, name, parts, cables, names)
         }
         Err(fault) => {
             faulty(names);
@@ -67,7 +68,13 @@ pub(crate) fn mechanism<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'
 }
 
 /// The shapes of the links as obstacles that are mounted on them.
-fn link_shapes<'a>(entry: &Entry<'a>, mechanism: &str, parts: Parts, lengths: f64, names: &mut Names<'a>) -> Vec<Body> {
+fn link_shapes<'a>(
+    entry: &Entry<'a>,
+    mechanism: &str,
+    parts: Parts,
+    cables: Cables,
+    names: &mut Names<'a>,
+) -> Vec<Body> {
     let Parts { bodies, shapes, .. } = parts;
     let patterns = entry.names("without");
     for (pattern, span) in &patterns {
@@ -79,6 +86,13 @@ fn link_shapes<'a>(entry: &Entry<'a>, mechanism: &str, parts: Parts, lengths: f6
     }
     let without = |body: &str| patterns.iter().any(|(pattern, _)| WildMatch::new(pattern).matches(body));
     let (path, open) = (entry.word("urdf").unwrap_or_default(), entry.flag("open").unwrap_or(false));
+    if let Some(element) = entry.text("obstacles").filter(|_| shapes.is_empty()) {
+        let others = if element == LINK_SHAPES[0] { LINK_SHAPES[1] } else { LINK_SHAPES[0] };
+        names.file_notes.push(format!(
+            "mechanism \"{mechanism}\": no link of {path} has a <{element}> shape, so none is an obstacle; if the \
+             links have <{others}> shapes, write obstacles = \"{others}\""
+        ));
+    }
     let mut found = Vec::new();
     for shape in shapes.into_iter().filter(|shape| !without(&bodies[shape.link])) {
         let link = &bodies[shape.link];
@@ -103,7 +117,7 @@ fn link_shapes<'a>(entry: &Entry<'a>, mechanism: &str, parts: Parts, lengths: f6
         let label = format!("{path}:{}: link \"{link}\"", shape.row);
         let placed = Placed { name, label: label.clone(), pose: shape.pose, mount: Some(mount) };
         let chosen = Chosen { name: kind.to_owned(), kind: kind.to_owned(), parameters };
-        match body(entry, chosen, file, placed, lengths) {
+        match body(entry, chosen, file, placed, cables) {
             Ok(body) => found.push(body),
             Err(error) => {
                 entry.reader.fault(entry.span_of("urdf"), format!("{label}: {}", error.message), error.help);
@@ -146,9 +160,18 @@ fn refuse(entry: &Entry<'_>, parts: &Parts, fault: &MechanismFault) {
 
 /// Joints of the scenario, and the bodies that they name.
 fn from_joints(entry: &Entry<'_>) -> Option<Parts> {
-    if let Some(key) = ["position", "tangent", "up", "orientation"].into_iter().find(|key| entry.has(key)) {
-        let help = "joints are given in world coordinates; leave it out";
-        entry.fault_at(key, format!("{} has `{key}` but no `urdf`", entry.label), help);
+    let world = "joints are given in world coordinates; leave it out";
+    for (key, help) in [
+        ("position", world),
+        ("tangent", world),
+        ("up", world),
+        ("orientation", world),
+        ("drawn", "leave it out, and give each joint its own `drawn`"),
+        ("obstacles", "leave it out, and give each shape as [[obstacles]] with `mount`"),
+    ] {
+        if entry.has(key) {
+            entry.fault_at(key, format!("{} has `{key}` but no `urdf`", entry.label), help);
+        }
     }
     let entries = entry.entries("joints");
     if entry.has("joints") && entries.is_empty() {
@@ -193,9 +216,9 @@ fn joint(entry: &Entry<'_>, bodies: &mut Vec<String>) -> Option<MechanismJoint> 
     let [a, b] = ends[..] else { return None };
     let (name, limits) = (name?.to_owned(), limits?);
     let joint = MechanismJoint { name, kind, bodies: [a, b], origin, drawn, limits, follows: None };
-    if entry.has("drawn") {
-        refuse_beyond(entry, "drawn", &joint);
-    }
+    let help =
+        if entry.has("drawn") { WITHIN } else { "add `drawn`, with a value within its limits: the default is 0" };
+    refuse_beyond(entry, "drawn", &joint, help);
     Some(joint)
 }
 
@@ -265,13 +288,16 @@ fn limits(entry: &Entry<'_>, kind: &JointKind) -> Option<Vec<[f64; 2]>> {
     lists.iter().enumerate().map(of).collect()
 }
 
-/// Refuses values as drawn that are beyond the limits of their joint.
-fn refuse_beyond(entry: &Entry<'_>, key: &str, joint: &MechanismJoint) {
+/// What is right for a joint that is drawn beyond its limits.
+const WITHIN: &str = "draw it within its limits";
+
+/// Refuses values as drawn, 0 by default, that are beyond the limits of their joint.
+fn refuse_beyond(entry: &Entry<'_>, key: &str, joint: &MechanismJoint, help: &str) {
     for (freedom, (value, [low, high])) in joint.drawn.iter().zip(&joint.limits).enumerate() {
         if !(low..=high).contains(&value) {
             let [value, low, high] = [value, low, high].map(|value| shown(&joint.kind, freedom, *value));
             let message = format!("joint \"{}\" is drawn at {value}, and its limits are {low} and {high}", joint.name);
-            entry.fault_at(key, message, "draw it within its limits");
+            entry.fault_at(key, message, help);
         }
     }
 }
@@ -327,7 +353,7 @@ fn from_urdf(entry: &Entry<'_>) -> Option<Parts> {
         Ok(urdf::Robot { links, joints, shapes }) => {
             for (name, own) in &given {
                 match joints.iter().find(|joint| joint.name == *name) {
-                    Some(joint) if joint.follows.is_none() => refuse_beyond(own, "value", joint),
+                    Some(joint) if joint.follows.is_none() => refuse_beyond(own, "value", joint, WITHIN),
                     Some(_) => own.fault_at("joint", format!("joint \"{name}\" follows another one"), "leave it out"),
                     None => {
                         let help = did_you_mean(name, joints.iter().map(|joint| joint.name.as_str()));
@@ -335,8 +361,12 @@ fn from_urdf(entry: &Entry<'_>) -> Option<Parts> {
                     }
                 }
             }
-            for joint in joints.iter().filter(|joint| entry.has("drawn") && joint.follows.is_some()) {
-                refuse_beyond(entry, "drawn", joint);
+            for joint in joints.iter().filter(|joint| !given.contains_key(joint.name.as_str())) {
+                let help = match joint.follows {
+                    Some(_) => "draw the joint that it follows so that both are within their limits",
+                    None => "give it a value within its limits in `drawn`: the default is 0",
+                };
+                refuse_beyond(entry, "drawn", joint, help);
             }
             let spans = vec![span; joints.len()];
             Some(Parts { bodies: links, joints, spans, shapes })

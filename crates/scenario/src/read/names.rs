@@ -49,6 +49,8 @@ pub(crate) struct Names<'a> {
     pub parts: Vec<Part>,
     /// Elements of a KBL file that parts come from.
     pub elements: Vec<Element>,
+    /// Notes on other files.
+    pub file_notes: Vec<String>,
     /// Whether branches may leave their division to the accuracy of the mesh.
     pub by_accuracy: bool,
     /// Approximate number of segments.

@@ -10,13 +10,22 @@ use wireloom_core::mechanism::Mount;
 use wireloom_core::obstacle::{ContactSettings, Obstacle, ShapeFile, ShapeSpec};
 use wireloom_core::registry::BuildError;
 use wireloom_core::rotation::{frame_from, orthogonal};
-use wireloom_core::{Pose, Rotation};
+use wireloom_core::{Pose, Rotation, Vector};
 
 /// A body that is larger than all cables together by this factor is probably in other units.
 const LARGE: f64 = 50.0;
 
-/// A body with its shape; `lengths`: length of all cables together, m. `None` if it is faulty.
-pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a>) -> Option<Body> {
+/// What the size of a body is compared with.
+#[derive(Clone, Copy)]
+pub(crate) struct Cables {
+    /// Length of all cables together, m.
+    pub length: f64,
+    /// Diameter of the thinnest one, m.
+    pub thinnest: f64,
+}
+
+/// A body with its shape. `None` if it is faulty.
+pub(crate) fn obstacle<'a>(entry: &Entry<'a>, cables: Cables, names: &mut Names<'a>) -> Option<Body> {
     let before = entry.reader.fault_count();
     let chosen = kinds::read(entry);
     let index = names.obstacles.len();
@@ -50,7 +59,7 @@ pub(crate) fn obstacle<'a>(entry: &Entry<'a>, lengths: f64, names: &mut Names<'a
     let (true, Some(chosen), Some(name), Some(orientation)) = (sound, chosen, name, orientation) else { return None };
     let pose = Pose { position, orientation };
     let placed = Placed { name: name.to_owned(), label: entry.label.clone(), pose, mount };
-    match body(entry, chosen, file, placed, lengths) {
+    match body(entry, chosen, file, placed, cables) {
         Ok(mut body) => {
             let obstacle = Obstacle { friction, min_clearance, max_contact_force, ..body.obstacle };
             body.obstacle = obstacle;
@@ -74,24 +83,35 @@ pub(super) struct Placed {
     pub mount: Option<Mount>,
 }
 
-/// A smooth body of a kind without limits; `lengths` as for [`obstacle`].
+/// A smooth body of a kind without limits.
 pub(super) fn body(
     entry: &Entry<'_>,
     chosen: Chosen,
     file: Option<ShapeFile>,
     placed: Placed,
-    lengths: f64,
+    cables: Cables,
 ) -> Result<Body, BuildError> {
     let Placed { name, label, pose, mount } = placed;
     let kind = entry.reader.registry.shape(&chosen.kind);
     let unknown = || BuildError::new(format!("there is no shape \"{}\"", chosen.kind), "register it");
+    let meshed = file.is_some();
     let shape = (kind.ok_or_else(unknown)?.build)(&ShapeSpec { file }, &chosen.parameters)?;
     let mut notes: Vec<String> = shape.notes().iter().map(|note| format!("{label}: {note}")).collect();
-    let size = shape.surface(0.0).corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
-    if size > LARGE * lengths {
+    let surface = shape.surface(0.0);
+    let size = surface.corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
+    let extent = extent(&surface.corners);
+    if size > LARGE * cables.length {
         notes.push(format!(
-            "{label}: it reaches {size:.1} m from its origin, and all cables together are {lengths:.1} m long; if its \
-             file is in millimetres, write scale = 0.001"
+            "{label}: it reaches {size:.1} m from its origin, and all cables together are {:.1} m long; if its \
+             file is in millimetres, write scale = 0.001",
+            cables.length
+        ));
+    } else if meshed && extent < 0.5 * cables.thinnest {
+        notes.push(format!(
+            "{label}: it is {:.2} mm large, less than the radius of the thinnest cable, {:.2} mm; if its file is in \
+             metres, leave `scale` out",
+            1e3 * extent,
+            0.5e3 * cables.thinnest
         ));
     }
     let obstacle = Obstacle {
@@ -105,6 +125,15 @@ pub(super) fn body(
         max_contact_force: None,
     };
     Ok(Body { obstacle, notes, spans: entry.spans() })
+}
+
+/// Longest side of the box around points.
+fn extent(points: &[Vector]) -> f64 {
+    let side = |axis: usize| {
+        let along = points.iter().map(|point| point[axis]);
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    (0..3).map(side).fold(0.0, f64::max)
 }
 
 /// Settings of contact between cables and with the bodies.

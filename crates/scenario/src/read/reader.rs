@@ -166,9 +166,15 @@ impl<'a> Reader<'a> {
         self.numbers::<3>(key, node, quantity, |item| self.number(key, item, quantity, ANY)).map(Vector::from)
     }
 
-    /// Numbers whose ratios alone matter.
+    /// Numbers, without units, whose ratios alone matter.
     fn ratios<const N: usize>(&self, key: &str, node: &Node<'_>) -> Option<[f64; N]> {
-        self.numbers(key, node, Quantity::Dimensionless, |item| self.plain_number(key, item, Quantity::Dimensionless))
+        self.numbers(key, node, Quantity::Dimensionless, |item| {
+            if let DeValue::String(_) = item.get_ref() {
+                self.mismatch(key, item, "a number", "write a number without quotes and unit: ratios alone matter");
+                return None;
+            }
+            self.plain_number(key, item, Quantity::Dimensionless)
+        })
     }
 
     /// Three numbers that are not all zero, made a unit vector.
@@ -223,8 +229,22 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// A string that is not empty.
+    /// Notes a text with control characters, once: names may be read several times, and go into files, tables and
+    /// terminals.
+    pub fn refuse_control_characters(&self, what: &str, text: &str, span: Span) {
+        let Some(control) = text.chars().find(|c| c.is_control()) else { return };
+        let message = format!("{what} has the control character U+{:04X}", u32::from(control));
+        let fault = Fault { span, message, help: "leave it out".into() };
+        if !self.faults.borrow().contains(&fault) {
+            self.faults.borrow_mut().push(fault);
+        }
+    }
+
+    /// A string that is not empty, without control characters.
     pub fn word<'n>(&self, key: &str, node: &'n Node<'_>) -> Option<&'n str> {
+        if let DeValue::String(text) = node.get_ref() {
+            self.refuse_control_characters(&format!("`{key}`"), text, node.span());
+        }
         match node.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Some(text),
             DeValue::String(_) => {

@@ -173,8 +173,9 @@ fn begin<'a>(step: &Entry<'a>, constraints: &mut Vec<Constraint>, names: &mut Na
 
 fn refuse_work_while_waiting(step: &Entry<'_>) {
     let idle = ["name", "increments", "duration", "wait"];
+    let waits = step.flag("wait") == Some(true);
     let Some(work) = step.table.keys().find(|key| !idle.contains(&key.get_ref().as_ref())) else { return };
-    if step.flag("wait") == Some(true) && step.keys.get(work.get_ref()).is_some() {
+    if waits && step.keys.get(work.get_ref()).is_some() {
         let message = format!("{} has `wait` and `{}`", step.label, work.get_ref());
         step.reader.fault(work.span(), message, "put other work into a step of its own, before or after");
     }

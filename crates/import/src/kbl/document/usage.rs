@@ -1,6 +1,6 @@
 //! What is done with each element of a file.
 
-use super::{Reader, Xml, children};
+use super::{Reader, Xml, children, text};
 use crate::kbl::usage::{Element, Use};
 use roxmltree::NodeId;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -52,7 +52,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let mut references: Vec<HashSet<usize>> = vec![HashSet::new(); nodes.len()];
         let mut referring = vec![0_usize; nodes.len()];
         for (k, node) in nodes.iter().enumerate().filter(|(_, node)| !MODULES.contains(&node.name())) {
-            let leaves = node.descendants().filter_map(|inner| inner.text());
+            let leaves = node.descendants().filter_map(text);
             let targets = leaves.flat_map(str::split_whitespace).filter_map(|word| self.ids.get(word));
             for target in targets.filter_map(element_of) {
                 if target != k && uses[target] == Use::NotRead && references[k].insert(target) {

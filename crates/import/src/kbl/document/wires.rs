@@ -2,6 +2,10 @@
 
 use super::{BEND_RADII, DIAMETERS, ImportError, Quantity, Reader, Route, Segment, Wire, Xml, children, title, words};
 use std::collections::HashMap;
+use std::f64::consts::PI;
+
+/// kg/m³.
+const COPPER: f64 = 8960.0;
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
     /// The ways of all wires of the chosen modules.
@@ -51,6 +55,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                     )),
                 }
             }
+            let wire = self.jacketed(wire)?.unwrap_or(wire);
             let wire_id = wire.attribute("id").unwrap_or_default();
             if run.is_empty() {
                 self.findings.add_to("wires are routed through no segment; they are not counted", wire_id);
@@ -65,7 +70,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                     wire_id,
                 );
             }
-            // One index for a wire, several for a cable routed as a whole.
+            // One index for a wire or a cable with a jacket, several for a cable without that is routed as a whole.
             let strands = match seen.get(wire_id) {
                 Some(strands) => strands.clone(),
                 None => {
@@ -87,7 +92,29 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         Ok(wires)
     }
 
-    /// The wire of an occurrence: one, or every core of a cable that is routed as a whole.
+    /// The cable with a jacket that an occurrence is, or in which it is a core. Such a cable counts whole, wherever one
+    /// of its cores runs.
+    fn jacketed(&mut self, wire: Xml<'a, 'i>) -> Result<Option<Xml<'a, 'i>>, ImportError> {
+        let cable = if wire.name() == "Core_occurrence" { wire.parent() } else { Some(wire) };
+        let part = cable.and_then(|cable| self.target(cable, "Part")).filter(|part| part.name() == "General_wire");
+        let Some(part) = part else { return Ok(None) };
+        Ok(if self.jacket(part)?.is_some() { cable } else { None })
+    }
+
+    /// Outside diameter of a cable with several cores, if it has a usable one, m.
+    fn jacket(&mut self, cable: Xml<'a, 'i>) -> Result<Option<f64>, ImportError> {
+        if children(cable, "Core").next().is_none() {
+            return Ok(None);
+        }
+        if let Some(known) = self.jackets.get(&cable.id()) {
+            return Ok(*known);
+        }
+        let found = self.value_within(cable, "Outside_diameter", Quantity::Length, DIAMETERS)?;
+        self.jackets.insert(cable.id(), found);
+        Ok(found)
+    }
+
+    /// The wire of an occurrence: one, or every core of a cable without a jacket that is routed as a whole.
     fn read_wire(&mut self, occurrence: Xml<'a, 'i>) -> Result<Vec<Wire>, ImportError> {
         let id = occurrence.attribute("id").unwrap_or_default().to_owned();
         let then = "a wire of 0.5 mm² is taken";
@@ -99,6 +126,17 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         if cores.is_empty() {
             return Ok(vec![self.read_wire_part(id, part)?]);
         }
+        if let Some(outside) = self.jacket(part)? {
+            let copper = self.copper(part)?;
+            let density = self.value(part, "Mass_information", Quantity::MassPerLength)?;
+            return Ok(vec![self.weighed(
+                id,
+                part,
+                Some(copper).filter(|area| *area > 0.0),
+                Some(outside),
+                density,
+            )?]);
+        }
         cores.into_iter().map(|core| self.read_wire_part(id.clone(), core)).collect()
     }
 
@@ -107,14 +145,20 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         if let Some(known) = self.per_copper.get(&cable.id()) {
             return Ok(*known);
         }
-        let mut copper = 0.0;
-        for core in children(cable, "Core") {
-            copper += self.value(core, "Cross_section_area", Quantity::Area)?.unwrap_or(0.0);
-        }
+        let copper = self.copper(cable)?;
         let density = self.value(cable, "Mass_information", Quantity::MassPerLength)?;
         let found = density.filter(|_| copper > 0.0).map(|density| density / copper);
         self.per_copper.insert(cable.id(), found);
         Ok(found)
+    }
+
+    /// Area of all cores of a cable, m².
+    fn copper(&mut self, cable: Xml<'a, 'i>) -> Result<f64, ImportError> {
+        let mut copper = 0.0;
+        for core in children(cable, "Core") {
+            copper += self.value(core, "Cross_section_area", Quantity::Area)?.unwrap_or(0.0);
+        }
+        Ok(copper)
     }
 
     /// A `General_wire` without cores, or a `Core`. A core has the same fraction of its cable's mass as of the cable's
@@ -125,10 +169,34 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             None => self.value(part, "Mass_information", Quantity::MassPerLength)?,
             Some(cable) => self.mass_per_copper(cable)?.zip(copper_area).map(|(mass, area)| mass * area),
         };
+        let outside_diameter = self.value_within(part, "Outside_diameter", Quantity::Length, DIAMETERS)?;
+        self.weighed(id, part, copper_area, outside_diameter, linear_density)
+    }
+
+    /// A wire with the bend radius of its part. What it cannot weigh, or what is not given, is a finding.
+    fn weighed(
+        &mut self,
+        id: String,
+        part: Xml<'a, 'i>,
+        copper_area: Option<f64>,
+        outside_diameter: Option<f64>,
+        linear_density: Option<f64>,
+    ) -> Result<Wire, ImportError> {
+        let solid = outside_diameter.map(|diameter| COPPER * 0.25 * PI * diameter.powi(2));
+        let mut linear_density = linear_density;
+        if let Some((density, solid)) = linear_density.zip(solid).filter(|(density, solid)| density > solid) {
+            self.findings.add(format!(
+                "{}: its mass is {:.1} g/m, and solid copper of its outside diameter would have {:.1} g/m; left out",
+                title(part),
+                1e3 * density,
+                1e3 * solid
+            ));
+            linear_density = None;
+        }
         let wire = Wire {
             id,
             copper_area,
-            outside_diameter: self.value_within(part, "Outside_diameter", Quantity::Length, DIAMETERS)?,
+            outside_diameter,
             linear_density,
             bend_radius: self.value_within(part, "Bend_radius", Quantity::Length, BEND_RADII)?,
         };

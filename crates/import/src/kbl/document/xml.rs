@@ -1,6 +1,7 @@
 //! The XML of a file, with a record of the elements that are read.
 
 use crate::kbl::error::ImportError;
+use roxmltree::NodeId;
 use std::cell::Cell;
 use std::collections::HashMap;
 use std::ops::Deref;
@@ -13,23 +14,38 @@ const NAMESPACES: usize = 100;
 #[derive(Clone, Copy)]
 pub struct Xml<'a, 'i> {
     node: roxmltree::Node<'a, 'i>,
-    read: &'a [Cell<bool>],
+    read: &'a Read,
 }
 
-/// The nodes of a file that are read, by index.
-pub struct Read(Vec<Cell<bool>>);
+/// What is known of the nodes of a file beside their XML.
+pub struct Read {
+    /// Whether they are read, by index.
+    nodes: Vec<Cell<bool>>,
+    /// The whole text of elements in which comments or processing instructions divide it.
+    divided: HashMap<NodeId, String>,
+}
 
 impl Read {
     /// Of a file of which nothing is read yet.
     pub fn nothing_of(file: &roxmltree::Document) -> Self {
-        Self(file.root().descendants().map(|_| Cell::new(false)).collect())
+        let divides = |node: roxmltree::Node| node.is_comment() || node.is_pi();
+        let whole = |node: roxmltree::Node| {
+            node.children().filter(|part| part.is_text()).filter_map(|part| part.text()).collect()
+        };
+        let divided = file
+            .root()
+            .descendants()
+            .filter(|node| node.is_element() && node.children().any(divides))
+            .map(|node| (node.id(), whole(node)))
+            .collect();
+        Self { nodes: file.root().descendants().map(|_| Cell::new(false)).collect(), divided }
     }
 }
 
 impl<'a, 'i> Xml<'a, 'i> {
     /// The root element.
     pub fn root(file: &'a roxmltree::Document<'i>, read: &'a Read) -> Self {
-        Self { node: file.root_element(), read: &read.0 }
+        Self { node: file.root_element(), read }
     }
 
     fn with(self, node: roxmltree::Node<'a, 'i>) -> Self {
@@ -66,7 +82,7 @@ impl<'a, 'i> Xml<'a, 'i> {
     }
 
     pub fn is_read(self) -> bool {
-        self.read[self.node.id().get_usize()].get()
+        self.read.nodes[self.node.id().get_usize()].get()
     }
 }
 
@@ -111,7 +127,7 @@ pub fn place(places: &Places<'_>, at: usize) -> (u32, u32) {
 /// The elements of a name in a node.
 pub fn children<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> impl Iterator<Item = Xml<'a, 'i>> + use<'a, 'i> {
     let found = node.elements().filter(move |child| child.name() == name);
-    found.inspect(|child| child.read[child.id().get_usize()].set(true))
+    found.inspect(|child| child.read.nodes[child.id().get_usize()].set(true))
 }
 
 pub fn child<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> Option<Xml<'a, 'i>> {
@@ -120,7 +136,8 @@ pub fn child<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> Option<Xml<'a, 'i
 
 /// Trimmed text of an element; `None` if it is empty or `/NULL`, as some exporters write.
 pub fn text<'a>(node: Xml<'a, '_>) -> Option<&'a str> {
-    node.text().map(str::trim).filter(|text| !text.is_empty() && *text != "/NULL")
+    let whole = node.read.divided.get(&node.id()).map(String::as_str);
+    whole.or_else(|| node.text()).map(str::trim).filter(|text| !text.is_empty() && *text != "/NULL")
 }
 
 pub fn child_text<'a>(node: Xml<'a, '_>, name: &'static str) -> Option<&'a str> {

@@ -6,6 +6,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use nalgebra::{Matrix4, Quaternion, UnitQuaternion};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
 use wireloom_core::Vector;
 use wireloom_core::obstacle::Surface;
 
@@ -20,6 +22,8 @@ struct Document {
     #[serde(rename = "bufferViews")]
     views: Vec<View>,
     buffers: Vec<Buffer>,
+    #[serde(rename = "extensionsRequired")]
+    required: Vec<String>,
 }
 
 #[derive(Deserialize, Default)]
@@ -37,11 +41,17 @@ struct Node {
     translation: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,
     scale: Option<[f64; 3]>,
+    skin: Option<usize>,
+    weights: Option<Vec<f64>>,
+    extensions: BTreeMap<String, IgnoredAny>,
 }
 
 #[derive(Deserialize)]
 struct Mesh {
     primitives: Vec<Primitive>,
+    /// Of the morph targets, where the node gives none.
+    #[serde(default)]
+    weights: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -49,6 +59,9 @@ struct Primitive {
     attributes: Attributes,
     indices: Option<usize>,
     mode: Option<u32>,
+    /// Morph targets.
+    #[serde(default)]
+    targets: Vec<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -67,7 +80,7 @@ struct Accessor {
     count: usize,
     #[serde(rename = "type")]
     shape: String,
-    sparse: Option<serde::de::IgnoredAny>,
+    sparse: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -89,6 +102,13 @@ const FLOAT: u32 = 5126;
 const UNSIGNED: [(u32, usize); 3] = [(5125, 4), (5123, 2), (5121, 1)];
 const TRIANGLES: u32 = 4;
 
+/// Extensions, or beginnings of their names, that leave surfaces where they are. Numbers that
+/// `KHR_mesh_quantization` allows are refused where they are met.
+const HARMLESS: [&str; 6] =
+    ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_punctual", "KHR_xmp", "KHR_mesh_quantization"];
+/// Sets the mesh of a node in many places.
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+
 /// Nodes within nodes that are taken for meant.
 const DEEPEST: usize = 100;
 /// Corners, and triangles, that any file may come to: a small one may set one mesh in many places. A larger file may
@@ -98,6 +118,10 @@ const MANY: usize = 2_000_000;
 pub(super) fn read(bytes: &[u8]) -> Result<Surface, String> {
     let (text, mut binary) = if bytes.starts_with(b"glTF") { chunks(bytes)? } else { (bytes, None) };
     let document: Document = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+    let known = |name: &str| HARMLESS.iter().any(|harmless| name.starts_with(harmless));
+    if let Some(name) = document.required.iter().find(|name| !known(name)) {
+        return Err(format!("it needs the extension {name}, which is not read; export it without that"));
+    }
     let mut buffers = Vec::new();
     for (k, buffer) in document.buffers.iter().enumerate() {
         let data = match &buffer.uri {
@@ -160,6 +184,9 @@ impl File<'_> {
         let placed = parent * own.placed();
         if let Some(mesh) = own.mesh {
             let mesh = document.meshes.get(mesh).ok_or_else(|| format!("there is no mesh {mesh}"))?;
+            if let Some(what) = own.deforms(mesh) {
+                return Err(format!("node {node} has {what}, which is not read; export its triangles as they stand"));
+            }
             mesh.primitives.iter().try_for_each(|part| self.add_part(part, &placed))?;
         }
         own.children.iter().try_for_each(|&child| self.add(child, &placed, depth + 1))
@@ -240,6 +267,18 @@ impl File<'_> {
 }
 
 impl Node {
+    /// What moves or repeats the triangles of its mesh, if anything does.
+    fn deforms(&self, mesh: &Mesh) -> Option<&'static str> {
+        let weights = self.weights.as_ref().unwrap_or(&mesh.weights);
+        let morphed = mesh.primitives.iter().any(|part| !part.targets.is_empty()) && weights.iter().any(|w| *w != 0.0);
+        match () {
+            () if self.skin.is_some() => Some("a skin"),
+            () if morphed => Some("a morph target with a weight other than 0"),
+            () if self.extensions.contains_key(INSTANCING) => Some(INSTANCING),
+            () => None,
+        }
+    }
+
     /// Transformation into the axes of its parent node.
     fn placed(&self) -> Matrix4<f64> {
         if let Some(matrix) = &self.matrix {

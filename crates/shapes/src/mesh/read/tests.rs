@@ -63,6 +63,45 @@ fn a_gltf_that_sets_a_mesh_in_some_places_is_read() {
     assert_eq!(read(&file).map(|surface| surface.triangles), Ok(vec![[0, 1, 2], [3, 4, 5]]));
 }
 
+/// A document with one change of its text.
+fn changed(from: &str, to: &str) -> Vec<u8> {
+    let text = String::from_utf8(gltf(&json!([{ "mesh": 0 }]), 1)).expect("a text");
+    assert!(text.contains(from), "{text}");
+    text.replacen(from, to, 1).into_bytes()
+}
+
+/// The format demands that a reader which does not know a required extension reads nothing.
+#[test]
+fn a_gltf_that_needs_an_unknown_extension_is_not_read_without_what_that_adds() {
+    let required = |name: &str| changed("\"asset\":", &format!("\"extensionsRequired\":[\"{name}\"],\"asset\":"));
+    for name in ["EXT_mesh_gpu_instancing", "KHR_draco_mesh_compression", "KHR_made_up"] {
+        let fault = refused("extension.gltf", required(name));
+        assert!(fault.contains(&format!("it needs the extension {name}")), "{fault}");
+    }
+    for name in ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"] {
+        let file = ShapeFile { name: "plain.gltf".into(), bytes: required(name), scale: 1.0 };
+        assert_eq!(read(&file).map(|surface| surface.triangles), Ok(vec![[0, 1, 2]]));
+    }
+}
+
+#[test]
+fn a_gltf_with_a_skin_a_morph_or_instances_is_not_read_as_if_it_stood_still() {
+    let mesh = "\"primitives\":[{";
+    let morph =
+        |weights: &str| changed(mesh, &format!("\"weights\":[{weights}],\"primitives\":[{{\"targets\":[{{}}],"));
+    let node = |more: &str| changed("\"mesh\":0", &format!("\"mesh\":0,{more}"));
+    for (bytes, what) in [
+        (morph("1"), "a morph target with a weight other than 0"),
+        (node("\"skin\":0"), "a skin"),
+        (node("\"extensions\":{\"EXT_mesh_gpu_instancing\":{}}"), "EXT_mesh_gpu_instancing"),
+    ] {
+        let fault = refused("moved.gltf", bytes);
+        assert!(fault.contains(&format!("node 0 has {what}, which is not read")), "{fault}");
+    }
+    let file = ShapeFile { name: "still.gltf".into(), bytes: morph("0"), scale: 1.0 };
+    assert!(read(&file).is_ok());
+}
+
 #[test]
 fn a_ply_with_a_huge_count_of_empty_elements_is_refused() {
     for format in ["binary_little_endian", "ascii"] {
