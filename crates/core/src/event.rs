@@ -18,8 +18,9 @@ pub enum EventKind {
     Overstretched,
     /// The insertion force of a connector exceeds its limit; N.
     InsertionForce,
-    /// Constraints hold cables nearer to each other than the sum of their radii; value and limit are distances between
-    /// centre lines, m.
+    /// Constraints hold cables nearer to each other than the sum of their radii, or a cable and a body are driven into
+    /// each other where a constraint holds the cable; value and limit are distances from its centre line to the other
+    /// one, or to the body, m.
     Overlap,
     /// Two cables, or two parts of one, lie in each other deeper than soft cables may; value and limit are depths, m.
     PassedThrough,
@@ -103,7 +104,7 @@ impl EventKind {
             EventKind::ConstraintMoment => "constraint moment above its limit",
             EventKind::Overstretched => "overstretched span",
             EventKind::InsertionForce => "insertion force above its limit",
-            EventKind::Overlap => "cables held in each other",
+            EventKind::Overlap => "held in each other",
             EventKind::PassedThrough => "cables pass through each other",
             EventKind::Jump => "snapped to another equilibrium",
             EventKind::Slip => "slipped against friction",

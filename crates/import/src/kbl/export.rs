@@ -11,9 +11,9 @@
 //! | `Location`, `Absolute_location` of a `Fixing_assignment` | the place of its constraint along the branch |
 //! | `Orientation` of it, `Placement` of the fixing | moved and turned with the constraint |
 //!
-//! Everything else keeps its bytes: the text is changed by ranges. What has not moved by more than [`STILL`] is left as
-//! it is, too, and so is a curve that meets its nodes and is within the tolerance of the computed line. KBL has no
-//! element for the bend radius of a segment; lengths of wires, dimensions and coverings stay those of the file.
+//! Everything else keeps its bytes: the text is changed by ranges. What has not moved by more than 1e-6 m (or rad) is
+//! left as it is, too, and so is a curve that meets its nodes and is within the tolerance of the computed line. KBL has
+//! no element for the bend radius of a segment; lengths of wires, dimensions and coverings stay those of the file.
 //!
 //! **Knots.** KBL has none. New curves are written for the interpretation, uniform or clamped, with which most of the
 //! file's own curves meet their nodes; uniform, which the schema says, where it has none.

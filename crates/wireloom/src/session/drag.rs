@@ -133,7 +133,7 @@ impl Drag {
         !self.passed.is_empty()
     }
 
-    /// Refuses a target that is empty, far away, or not one of the constraint.
+    /// Refuses a target that is empty, far away, inside a body, or not one of the constraint.
     ///
     /// # Errors
     /// If it is.
