@@ -7,7 +7,7 @@ use wireloom::scenario::NoFiles;
 use wireloom::session::drag::Goal;
 use wireloom::session::{Monitor, Session, SessionError};
 use wireloom::{Run, Status, StepResult};
-use wireloom_tests::cables::{branch, connector, run};
+use wireloom_tests::cables::{branch, connector, run, section};
 
 /// A scenario of `scenarios/contact`, in which some texts are replaced; it must converge.
 #[track_caller]
@@ -362,35 +362,52 @@ fn between_two_plugs(segments: usize, more: &str) -> String {
     .concat()
 }
 
-/// The nodes lie on both sides of a bar of 1 mm that goes 220 mm down through them in two increments: it takes the
-/// cable along. At rest its ends bear less than 1 N.
+/// A bar of 1 mm goes 220 mm down through a cable, between two nodes of it, in two increments.
+fn bar_through_a_cable(x: f64) -> Run {
+    let bar = format!(
+        "[[obstacles]]\nname = \"bar\"\nposition = [{x}, 0, 0.1]\nshape = \"cylinder\"\nradius = 0.0005\n\
+         length = 2.0\ntangent = [0, 1, 0]\n[[steps]]\nname = \"rest\"\n[[steps]]\nname = \"go\"\n\
+         increments = 2\nmove = [{{ obstacle = \"bar\", position = [{x}, 0, -0.12] }}]\n"
+    );
+    run(&between_two_plugs(120, &bar))
+}
+
+/// It takes the cable along. At rest its ends bear less than 1 N.
 #[test]
 fn a_thin_bar_does_not_pass_between_two_nodes() {
-    let bar = "[[obstacles]]\nname = \"bar\"\nposition = [0.3125, 0, 0.1]\nshape = \"cylinder\"\nradius = 0.0005\n\
-               length = 2.0\ntangent = [0, 1, 0]\n[[steps]]\nname = \"rest\"\n[[steps]]\nname = \"go\"\n\
-               increments = 2\nmove = [{ obstacle = \"bar\", position = [0.3125, 0, -0.12] }]\n";
-    let run = run(&between_two_plugs(120, bar));
+    let run = bar_through_a_cable(0.3125);
     assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
     assert!(force(&run.steps[0], "A").norm() < 1.0);
     let step = &run.steps[1];
     assert!(step.obstacles[0].contacts > 0 && force(step, "A").norm() > 500.0, "{:?}", step.obstacles);
 }
 
-/// A drum that turns below a cable rubs it on its whole way, however few increments it takes.
+/// A drum that turns below a cable rubs it on its whole way, however few increments it takes; also where these are
+/// divided because something creeps.
 #[test]
 fn a_drum_that_turns_once_in_an_increment_pulls_as_the_capstan_does() {
     let path = wireloom_tests::root().join("scenarios/contact/capstan.toml");
     let text = std::fs::read_to_string(&path).expect("a text");
     let (harness, _) = text.split_once("[[steps]]").expect("steps");
-    let text = harness.replace("friction = 0.2", "friction = 0.2\nmount = \"wheel\"")
+    let harness = harness.replace("friction = 0.2", "friction = 0.2\nmount = \"wheel\"")
         + "[[mechanisms]]\nname = \"m\"\n[[mechanisms.joints]]\nname = \"axle\"\nkind = \"revolute\"\n\
-           between = [\"ground\", \"wheel\"]\norigin = [0, 0, 0]\naxis = [0, 1, 0]\n\
-           [[steps]]\nname = \"settle\"\n[[steps]]\nname = \"turn\"\n\
-           drive = [{ joint = \"axle\", to = \"-360 deg\" }]\n";
-    let run = run(&text);
-    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
-    let (ratio, expected) = (-force(run.steps.last().expect("steps"), "hand").z / 2.0, (0.2 * PI).exp());
-    assert!((ratio / expected - 1.0).abs() < 0.02, "{ratio}, {expected} expected");
+           between = [\"ground\", \"wheel\"]\norigin = [0, 0, 0]\naxis = [0, 1, 0]\n";
+    let creeping = section("soft")
+        + "creep = { bending = [{ stiffness = 0.005, time = 1 }] }\n"
+        + &branch("aside", ["C", "D"], "soft", 0.2, 10)
+        + &connector("C", "C", [0.0, 1.0, 0.0]);
+    let turn = |time: &str| {
+        format!(
+            "[[steps]]\nname = \"settle\"\n[[steps]]\nname = \"turn\"\n{time}\
+             drive = [{{ joint = \"axle\", to = \"-360 deg\" }}]\n"
+        )
+    };
+    for text in [harness.clone() + &turn(""), harness + &creeping + &turn("duration = \"10 s\"\n")] {
+        let run = run(&text);
+        assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
+        let (ratio, expected) = (-force(run.steps.last().expect("steps"), "hand").z / 2.0, (0.2 * PI).exp());
+        assert!((ratio / expected - 1.0).abs() < 0.02, "{ratio}, {expected} expected");
+    }
 }
 
 /// What is held cannot give way to a body: that is told, whichever of them moves.
@@ -418,6 +435,18 @@ fn a_body_that_is_driven_into_a_held_cable_is_an_event() {
     assert!(found.len() == 1 && found[0].place.constraint.as_deref() == Some("clip"), "{found:?}");
     assert!((found[0].value.expect("a distance") + 0.01).abs() < 1e-9, "half the width of the ram: {found:?}");
     assert_eq!(events(&down(0.16)), [], "6 mm above the surface of the cable");
+}
+
+/// What is plugged home lies at the face of its counterpart.
+#[test]
+fn a_plug_at_the_face_of_a_body_is_not_driven_into_it() {
+    let home = "[[obstacles]]\nname = \"header\"\nposition = [0.608, 0, 0]\nshape = \"box\"\n\
+                size = [0.04, 0.04, 0.04]\n[[steps]]\nname = \"plug in\"\nincrements = 5\n\
+                move = [{ constraint = \"B\", position = [0.588, 0, 0] }]\n";
+    let text = between_two_plugs(60, home).replace("[0.588, 0.0, 0.0]", "[0.55, 0.0, 0.0]");
+    let run = run(&text);
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
+    assert!(run.events.iter().all(|event| event.kind != EventKind::Overlap), "{:?}", run.events);
 }
 
 fn session(text: &str) -> Result<Session, SessionError> {

@@ -721,6 +721,23 @@ fn a_cable_is_straight_where_its_bend_changes_sides() {
     }
 }
 
+/// An arc is as bent between its nodes as at them.
+#[test]
+fn an_arc_is_not_straighter_between_its_nodes() {
+    let text = [
+        "schema = 1\nname = \"arc\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.3, 20),
+        "curvature = [20, 0, 0]\n",
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+        &requirement("bent", "bend_radius", "{ branch = \"cable\" }", "max = 0.0501"),
+    ];
+    let run = run(&text.concat());
+    let line = line(&run, "bent");
+    assert!((line.worst.expect("a value") - 0.05).abs() < 1e-6, "{:?}", line.worst);
+    assert_ne!(line.verdict, Verdict::Fail);
+}
+
 /// A bar beside a cable turns once about its own middle: it is where it was, and has been at the cable.
 #[test]
 fn an_obstacle_that_turns_once_in_an_increment_breaks_a_clearance() {

@@ -125,6 +125,10 @@ fn control_characters_in_names_are_refused() {
     assert_eq!(words, "`name` has the control character U+0000; leave it out");
     let [(_, words)] = &refused("[wires.\"a\\nb\"]\nlike = \"FLRY-B 0.5\"\n")[..] else { panic!() };
     assert!(words.contains("a name in `wires` has the control character U+000A"), "{words}");
+    // A text may have several lines.
+    let text = "[[requirements]]\nname = \"r\"\nquantity = \"tension\"\nbecause = \"one\\ntwo\"\n";
+    let faults = refused(text);
+    assert!(faults.iter().all(|(_, words)| !words.contains("control character")), "{faults:?}");
 }
 
 #[test]

@@ -65,7 +65,10 @@ impl JointTerm {
     /// State of every joint that remembers, by index, updated to `state`, the equilibrium that ends an increment.
     pub fn memories(&mut self, system: System<'_>, state: &State) -> Vec<(usize, JointState)> {
         let mut memories = Vec::new();
-        for (j, (joint, own)) in system.joints().enumerate().filter(|(_, (_, own))| !own.memory.is_empty()) {
+        // A rigid hub has no energy, and nothing to remember.
+        let remembers =
+            |(joint, own): &(&Joint, &JointState)| !own.memory.is_empty() && !joint.coupled_frames.is_empty();
+        for (j, (joint, own)) in system.joints().enumerate().filter(|(_, of)| remembers(of)) {
             let (mut memory, mut dissipated) = (own.memory.clone(), vec![0.0; own.dissipated.len()]);
             joint.model.commit(&self.at(joint, own, state).0, &mut memory, &mut dissipated);
             let totals = dissipated.iter().zip(&own.dissipated).map(|(last, before)| [*last, before[1] + last]);

@@ -32,7 +32,7 @@ pub use error::ExportError;
 
 use super::constraints::Holding;
 use super::curve::{Curve, Fit, Knots, Vector};
-use super::document::xml::{Read, Xml, child, child_text, children, xml};
+use super::document::xml::{Read, Xml, child, child_text, children, text, xml};
 use super::document::{self, Document, Fixing};
 use super::findings::{Finding, Findings};
 use super::fit::{self, fit};
@@ -442,6 +442,11 @@ impl<'a, 'i> Writer<'_, 'a, 'i> {
 
     /// Moves the placement of an occurrence.
     fn place(&mut self, occurrence: Xml<'a, 'i>, motion: &Motion, points: &mut Points<'a, 'i>) {
+        let id = occurrence.attribute("id").unwrap_or_default().to_owned();
+        if self.placements.iter().any(|own| own.id == id) {
+            self.notes.add_to("occurrences with several places; moved with the first of them", id);
+            return;
+        }
         let Some(placement) = child(occurrence, "Placement") else { return };
         let Some(point) = child_text(placement, "Cartesian_point").and_then(|id| self.ids.get(id)) else { return };
         let Some(from) = vector(*point, "Coordinates").map(|x| x * 1e-3) else { return };
@@ -452,7 +457,6 @@ impl<'a, 'i> Writer<'_, 'a, 'i> {
             }
         }
         points.want(placement, to);
-        let id = occurrence.attribute("id").unwrap_or_default().to_owned();
         self.placements.push(Moved { id, distance: (to - from).norm() });
     }
 
@@ -478,7 +482,11 @@ impl<'a, 'i> Writer<'_, 'a, 'i> {
                 let before = seat.drawn_s / curve.length.max(f64::MIN_POSITIVE);
                 let rotation = UnitQuaternion::rotation_between(&seat.tangent, &held.tangent).unwrap_or_default();
                 let motion = Motion { from: curve.point(seat.drawn_s), to: held.position, rotation };
-                self.fixing(fixing, held, [before, s / line.length], s, &motion, points);
+                let fractions = [before, s / line.length];
+                // An arc length changes with that of the segment, too.
+                let stated = segment.physical_length.or(segment.virtual_length).unwrap_or(curve.length);
+                let elsewhere = has_moved(fractions) || (line.length - stated).abs() > SAME_LENGTH * stated;
+                self.fixing(fixing, held, fractions, elsewhere.then_some(s), &motion, points);
             }
         }
     }
@@ -488,16 +496,18 @@ impl<'a, 'i> Writer<'_, 'a, 'i> {
         fixing: &Fixing,
         held: &Held,
         fractions: [f64; 2],
-        s: f64,
+        arc_length: Option<f64>,
         motion: &Motion,
         points: &mut Points<'a, 'i>,
     ) {
         let Some(assignment) = self.ids.get(fixing.id.as_str()).copied() else { return };
-        if (fractions[1] - fractions[0]).abs() > SAME_PLACE {
+        if let Some(s) = arc_length {
+            self.value(assignment, "Absolute_location", s);
+        }
+        if has_moved(fractions) {
             if let Some(location) = child(assignment, "Location") {
                 self.edits.set(location, &edits::decimals(fractions[1], 9));
             }
-            self.value(assignment, "Absolute_location", s);
             self.fixings.push(Shifted { id: fixing.id.clone(), constraint: held.name.clone(), fractions });
         }
         if motion.is_still() {
@@ -510,6 +520,11 @@ impl<'a, 'i> Writer<'_, 'a, 'i> {
             self.place(*occurrence, motion, points);
         }
     }
+}
+
+/// Whether a place along a segment, as a fraction of it, is another one than before.
+fn has_moved([before, now]: [f64; 2]) -> bool {
+    (now - before).abs() > SAME_PLACE
 }
 
 /// White space before an element and before its children.
@@ -529,7 +544,8 @@ impl Indent<'_> {
 /// The byte behind the last child of an element that has one of these names.
 fn behind(element: Xml, names: &[&str]) -> usize {
     let before = element.elements().filter(|child| names.contains(&child.name())).last();
-    before.map_or_else(|| element.range().start, |child| child.range().end)
+    let inside = || element.first_child().map_or(element.range().start, |child| child.range().start);
+    before.map_or_else(inside, |child| child.range().end)
 }
 
 /// Size of a unit of length, m.
@@ -543,6 +559,6 @@ fn length_unit(unit: Xml) -> Option<f64> {
 /// The three numbers in elements of a name.
 fn vector(node: Xml, name: &'static str) -> Option<Vector> {
     let parts: Option<Vec<f64>> =
-        children(node, name).map(|part| part.text().and_then(|text| text.trim().parse().ok())).collect();
+        children(node, name).map(|part| text(part).and_then(|text| text.trim().parse().ok())).collect();
     <[f64; 3]>::try_from(parts?).ok().map(Vector::from)
 }

@@ -240,10 +240,11 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A string that is not empty, without control characters.
+    /// A string that is not empty, without control characters; texts other than names may have several lines.
     pub fn word<'n>(&self, key: &str, node: &'n Node<'_>) -> Option<&'n str> {
         if let DeValue::String(text) = node.get_ref() {
-            self.refuse_control_characters(&format!("`{key}`"), text, node.span());
+            let text = if key == "name" { text.to_string() } else { text.replace(['\n', '\r', '\t'], " ") };
+            self.refuse_control_characters(&format!("`{key}`"), &text, node.span());
         }
         match node.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Some(text),

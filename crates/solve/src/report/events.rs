@@ -23,10 +23,7 @@ use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
 const OUT_OF_PROPORTION: f64 = 8.0;
 /// Factor on the prescribed turn times the length of the longest branch, which a harness of several branches may move.
 const TURN_FACTOR: f64 = 2.0;
-/// Distance of a held centre line from an obstacle, in radii of the cable, below which it is driven into it: what is
-/// fastened to a body may lie in it up to half its radius.
-const HELD_DEPTH: f64 = 0.5;
-/// Change of that distance that is round-off.
+/// Change of the distance of a held centre line from an obstacle that is round-off, in radii of the cable.
 const SAME_DEPTH: f64 = 1e-6;
 /// Least move of a jump, as a fraction of the longest branch.
 const FAR: f64 = 0.05;
@@ -140,7 +137,7 @@ pub(crate) fn driven_into_bodies(problem: &Problem<'_>, before: &Conditions) -> 
             let distance =
                 |at: &Conditions| obstacle.shape.distance(&at.contact.poses[o].local(&at.targets[f].position), radius);
             let (was, is) = (distance(before), distance(now));
-            if is < HELD_DEPTH * radius && is < was - SAME_DEPTH * radius {
+            if is < was.min(0.0) - SAME_DEPTH * radius {
                 found.push(Occurrence {
                     kind: EventKind::Overlap,
                     place: EventPlace {
@@ -148,14 +145,13 @@ pub(crate) fn driven_into_bodies(problem: &Problem<'_>, before: &Conditions) -> 
                         ..EventPlace::constraint(&constraint.name)
                     },
                     value: Some(is),
-                    limit: Some(radius),
+                    limit: Some(0.0),
                     message: format!(
-                        "obstacle `{}` and the cable that `{}` holds are driven into each other: {:.1} mm from its \
-                         centre line to the surface, its radius is {:.1} mm",
+                        "obstacle `{}` and the cable that `{}` holds are driven into each other: its centre line is \
+                         {:.1} mm below the surface",
                         obstacle.name,
                         constraint.name,
-                        1e3 * is,
-                        1e3 * radius
+                        -1e3 * is
                     ),
                 });
             }

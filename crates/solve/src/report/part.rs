@@ -90,9 +90,9 @@ pub fn forces_around(branch: &BranchResult, node: usize) -> [Vector; 2] {
     [0, 1].map(|side| Local::at_node(branch, node, side).force)
 }
 
-/// Where a part of a branch is straightest between two of its nodes, if it is straighter there than at both: the node
+/// Where a part of a branch is straightest as it bends over to the other side between two of its nodes: the node
 /// before, the arc length (m) and the curvature (1/m). The vector of the curvature is linear between nodes: in a plane
-/// it vanishes where the bend goes over to the other side.
+/// it vanishes there.
 pub fn straightest(branch: &BranchResult, from: f64, to: f64) -> Option<(usize, f64, f64)> {
     let (s, x) = (&branch.s, &branch.position);
     let edges: Vec<Vector> = x.windows(2).map(|pair| (pair[1] - pair[0]).normalize()).collect();
@@ -120,7 +120,8 @@ pub fn straightest(branch: &BranchResult, from: f64, to: f64) -> Option<(usize, 
         let at = s[i] + (s[i + 1] - s[i]) * place;
         let bend = (a + change * place).norm();
         let bend = if bend > NO_BEND * change.norm() { bend } else { 0.0 };
-        (place > 0.0 && place < 1.0 && from <= at && at <= to).then_some((i, at, bend))
+        let turns_over = a.dot(&b) < 0.0 && place > 0.0 && place < 1.0;
+        (turns_over && from <= at && at <= to).then_some((i, at, bend))
     };
     (0..edges.len()).filter_map(between).min_by(|a, b| a.2.total_cmp(&b.2))
 }

@@ -76,7 +76,7 @@ impl Driver<'_, '_> {
                 if !is_balanced(status) || to >= b {
                     return (status, reached);
                 }
-                self.problem.commit_rods_and_joints(&self.state);
+                self.commit_part();
                 from = to;
                 continue;
             };
@@ -94,11 +94,17 @@ impl Driver<'_, '_> {
             if to >= b {
                 return (status, to);
             }
-            self.problem.commit_rods_and_joints(&self.state);
+            self.commit_part();
             rejected = None;
             part = (to - from) * factor.clamp(FACTORS[0], FACTORS[1]);
             from = to;
         }
+    }
+
+    /// Commits the memories and the friction of contact at the end of a part of time.
+    fn commit_part(&mut self) {
+        self.problem.commit_rods_and_joints(&self.state);
+        self.problem.commit_contacts(&self.state);
     }
 
     /// Adds what changed from these results to the present ones to the errors that time leaves.
@@ -131,7 +137,7 @@ impl Driver<'_, '_> {
             if to > middle {
                 return Some(status);
             }
-            self.problem.commit_rods_and_joints(&self.state);
+            self.commit_part();
         }
         None
     }

@@ -92,13 +92,14 @@ impl ContactTerm {
             let (a, b) = (point.position(network, from), point.position(network, to));
             let (at, reach) = &self.searched[i];
             let first = network.branches[point.branch].points.start + point.segment;
+            // The piece of cable up to the next contact point.
+            let next = ContactPoint { fraction: self.next[i], ..*point };
             let held = |point: usize, weight: f64| weight == 0.0 || self.held[point];
-            if held(first, 1.0 - point.fraction) && held(first + 1, point.fraction) {
+            let is_held = |own: &ContactPoint| held(first, 1.0 - own.fraction) && held(first + 1, own.fraction);
+            if is_held(point) && is_held(&next) {
                 continue;
             }
             let cached = &self.cached[i];
-            // The piece of cable up to the next contact point.
-            let next = ContactPoint { fraction: self.next[i], ..*point };
             let (c, d) = (next.position(network, from), next.position(network, to));
             let (piece, motion) = ((c - a).norm(), (b - a).norm().max((d - c).norm()));
             // At the last search no obstacle outside the cache was nearer than `reach`.

@@ -182,7 +182,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         outside_diameter: Option<f64>,
         linear_density: Option<f64>,
     ) -> Result<Wire, ImportError> {
-        let solid = outside_diameter.map(|diameter| COPPER * 0.25 * PI * diameter.powi(2));
+        // Of a core it is a share in that of its cable, with jacket and filler.
+        let whole = outside_diameter.filter(|_| part.name() == "General_wire");
+        let solid = whole.map(|diameter| COPPER * 0.25 * PI * diameter.powi(2));
         let mut linear_density = linear_density;
         if let Some((density, solid)) = linear_density.zip(solid).filter(|(density, solid)| density > solid) {
             self.findings.add(format!(

@@ -32,9 +32,10 @@ impl<'t> Edits<'t> {
         self.replace(start - self.space_before(start).len()..end, String::new());
     }
 
-    /// Replaces the text of an element, without the white space around it.
+    /// Replaces the text of an element, without the white space around it; comments within it go with it.
     pub fn set(&mut self, node: Xml, value: &str) {
-        let Some(range) = node.children().find(|child| child.is_text()).map(|child| child.range()) else { return };
+        let Some((first, last)) = node.first_child().zip(node.last_child()) else { return };
+        let range = first.range().start..last.range().end;
         let own = &self.text[range.clone()];
         let start = range.start + own.len() - own.trim_start().len();
         let range = start..start + own.trim().len();
