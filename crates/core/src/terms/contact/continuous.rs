@@ -12,9 +12,9 @@ const HALVINGS: usize = 50;
 /// Round-off of the intersection of two lines, as a fraction of the segments.
 const BESIDE: f64 = 1e-9;
 
-/// Length of a piece of cable that moves as its middle does, as a fraction of the cable's radius: thinner bodies may
-/// pass between contact points unseen.
-const THIN: f64 = 0.05;
+/// Length of a piece of cable that moves as its middle does, as a fraction of the cable's radius, or of the distance of
+/// contact points where that is more: thinner bodies may pass between these unseen.
+const THIN: [f64; 2] = [0.05, 1.0 / 64.0];
 
 /// Straight segment, given by its ends.
 pub(super) type Piece = [Vector; 2];
@@ -129,7 +129,8 @@ impl ContactTerm {
                     free = entered.map_or(free, |fraction| free.min(SAFE * fraction));
                 }
                 if !self.is_held_inside(system, from, &next, o) {
-                    let short = THIN * 0.5 * network.branches[point.branch].section.diameter;
+                    let radius = 0.5 * network.branches[point.branch].section.diameter;
+                    let short = (THIN[0] * radius).max(THIN[1] * piece);
                     let entered = entering(shape, [&[start, ends[0]], &[end, ends[1]]], short);
                     free = entered.map_or(free, |fraction| free.min(SAFE * fraction));
                 }
@@ -158,7 +159,9 @@ fn entering(shape: &dyn Shape, [p, p_end]: [&Piece; 2], short: f64) -> Option<f6
     }
     // A cable that is inside already is free to leave.
     let own = (distance > 0.0).then(|| shape.crossing(&from, &to)).flatten();
-    if 2.0 * half <= short {
+    // Also where it is not finite.
+    let is_long = 2.0 * half > short;
+    if !is_long {
         return own;
     }
     let halves = [[&[p[0], from], &[p_end[0], to]], [&[from, p[1]], &[to, p_end[1]]]];
