@@ -2,7 +2,8 @@
 #![allow(clippy::missing_panics_doc, reason = "a scenario of a test that is refused ends the test")]
 
 use wireloom::parts::Registry;
-use wireloom::{Built, Control, Run};
+use wireloom::session::{Checkpoint, Ended, InteractiveDriver, Monitor};
+use wireloom::{Built, Control, Run, Status};
 
 /// Table of a section: a cable of 6 mm and 50 g/m, EA = 1e4 N, EI = 0.01 N m², GJ = 0.008 N m².
 pub fn section(name: &str) -> String {
@@ -69,4 +70,26 @@ pub fn run(text: &str) -> Run {
 #[track_caller]
 pub fn run_with(text: &str, registry: &Registry) -> Run {
     wireloom::run(built_with(text, registry), &mut |_, _| Control::Continue)
+}
+
+/// Driver of single increments, with the minimiser of a scenario.
+#[track_caller]
+pub fn driver(text: &str) -> InteractiveDriver {
+    let Built { minimiser, stop, .. } = built(text);
+    InteractiveDriver::new(minimiser, stop, false, Monitor::default())
+}
+
+/// End of the step of this index, whose increments are carried out one by one from a checkpoint at its beginning.
+#[track_caller]
+pub fn advanced(text: &str, from: &Checkpoint, step: usize) -> Ended {
+    let Built { network, schedule, .. } = built(text);
+    let (step, mut at) = (&schedule.steps[step], from.clone());
+    let mut last = None;
+    for _ in 0..step.increments {
+        let ended = driver(text).advance(&network, step, &at).expect("an end");
+        assert_eq!(ended.end.status, Status::Converged);
+        at = ended.checkpoint.clone();
+        last = Some(ended);
+    }
+    last.expect("an increment")
 }

@@ -5,9 +5,9 @@ use wireloom::geometry::Vector;
 use wireloom::result::ArmFriction;
 use wireloom::scenario::{NoFiles, Setting};
 use wireloom::session::drag::Goal;
-use wireloom::session::{Checkpoint, Ended, InteractiveDriver, Monitor, Session, Transferred, transfer};
-use wireloom::{Built, Run, Status, StepResult};
-use wireloom_tests::cables::{branch, built, connector, connector_along, run, section};
+use wireloom::session::{Monitor, Session, Transferred, transfer};
+use wireloom::{Run, Status, StepResult};
+use wireloom_tests::cables::{advanced, branch, built, connector, connector_along, driver, run, section};
 use wireloom_tests::derivatives::derivatives;
 use wireloom_tests::root;
 
@@ -186,24 +186,6 @@ fn undo_forgets_what_an_arm_remembers_of_a_drag() {
     assert_eq!(last(&session.text().expect("a text")).joints, once.joints);
 }
 
-fn driver() -> InteractiveDriver {
-    let Built { minimiser, stop, .. } = built(&analytic());
-    InteractiveDriver::new(minimiser, stop, false, Monitor::default())
-}
-
-fn advanced(text: &str, from: &Checkpoint, step: usize) -> Ended {
-    let Built { network, schedule, .. } = built(text);
-    let (step, mut at) = (&schedule.steps[step], from.clone());
-    let mut last = None;
-    for _ in 0..step.increments {
-        let ended = driver().advance(&network, step, &at).expect("an end");
-        assert_eq!(ended.end.status, Status::Converged);
-        at = ended.checkpoint.clone();
-        last = Some(ended);
-    }
-    last.expect("an increment")
-}
-
 /// A harness that is grasped between two steps gets a station; its arms keep what they remember. A hub without
 /// friction cannot take it over.
 #[test]
@@ -212,13 +194,13 @@ fn a_grasp_between_two_steps_does_not_make_an_arm_forget() {
     let hand = "[[steps.add]]\nname = \"hand\"\nkind = \"handle\"\nat = { branch = \"right\", s = 0.15 }\n";
     let grasped = format!("{plain}\n[[steps]]\nname = \"grasped\"\nincrements = 1\n{hand}");
     let [from, to] = [&plain, &grasped].map(|text| built(text));
-    let start = driver().start(&from.network, None, &from.schedule).expect("a start");
+    let start = driver(&plain).start(&from.network, None, &from.schedule).expect("a start");
     let bent = advanced(&plain, &start.checkpoint, 0);
     let Some(Transferred::Approximate(there)) = transfer(&bent.checkpoint, &from.network, &to.network) else {
         panic!("not transferred");
     };
     assert!(there.fits(&to.network));
-    let there = driver().balance(&to.network, *there).expect("an equilibrium");
+    let there = driver(&plain).balance(&to.network, *there).expect("an equilibrium");
     let let_go = advanced(&grasped, &there, 1);
     let whole = converged(&plain);
     let [own, other] = [&let_go.end, &whole.steps[1]].map(|end| friction(end, "right").clone());

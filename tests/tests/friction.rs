@@ -2,9 +2,9 @@
 
 use wireloom::geometry::Vector;
 use wireloom::result::FrictionResult;
-use wireloom::session::{Checkpoint, Ended, InteractiveDriver, Monitor, Transferred, transfer};
-use wireloom::{Built, Run, Status, StepResult};
-use wireloom_tests::cables::{branch, built, connector, hanging, run, section};
+use wireloom::session::{Transferred, transfer};
+use wireloom::{Run, Status, StepResult};
+use wireloom_tests::cables::{advanced, branch, built, connector, driver, hanging, run, section};
 use wireloom_tests::root;
 
 /// Elements of a bundle of wires, of which the first slips in gentle bends.
@@ -139,24 +139,6 @@ fn an_elastic_section_remembers_nothing() {
     assert_eq!(end.branches[0].friction, None);
 }
 
-fn driver() -> InteractiveDriver {
-    let Built { minimiser, stop, .. } = built(&scenario("analytic/friction_set.toml"));
-    InteractiveDriver::new(minimiser, stop, false, Monitor::default())
-}
-
-fn advanced(text: &str, from: &Checkpoint, step: usize) -> Ended {
-    let Built { network, schedule, .. } = built(text);
-    let (step, mut at) = (&schedule.steps[step], from.clone());
-    let mut last = None;
-    for _ in 0..step.increments {
-        let ended = driver().advance(&network, step, &at).expect("an end");
-        assert_eq!(ended.end.status, Status::Converged);
-        at = ended.checkpoint.clone();
-        last = Some(ended);
-    }
-    last.expect("an increment")
-}
-
 /// A harness that is grasped between two steps gets a station, which divides a coupling: each half keeps what the whole
 /// remembered, and where the hand lets go again they become one.
 #[test]
@@ -165,20 +147,20 @@ fn a_grasp_between_two_steps_does_not_make_a_cable_forget() {
     let hand = "[[steps.add]]\nname = \"hand\"\nkind = \"handle\"\nat = { branch = \"cable\", s = 0.25 }\n";
     let grasped = format!("{plain}\n[[steps]]\nname = \"grasped\"\nincrements = 1\n{hand}");
     let [from, to] = [&plain, &grasped].map(|text| built(text));
-    let start = driver().start(&from.network, None, &from.schedule).expect("a start");
+    let start = driver(&plain).start(&from.network, None, &from.schedule).expect("a start");
     let turned = advanced(&plain, &start.checkpoint, 0);
     let Some(Transferred::Approximate(there)) = transfer(&turned.checkpoint, &from.network, &to.network) else {
         panic!("not transferred");
     };
     assert!(there.fits(&to.network));
-    let there = driver().balance(&to.network, *there).expect("an equilibrium");
+    let there = driver(&plain).balance(&to.network, *there).expect("an equilibrium");
     let let_go = advanced(&grasped, &there, 1);
     let whole = converged(&plain);
     assert!((set(&let_go.end) - set(&whole.steps[1])).norm() <= 1e-5, "{:?}", set(&let_go.end));
     let Some(Transferred::Approximate(back)) = transfer(&let_go.checkpoint, &to.network, &from.network) else {
         panic!("not transferred back");
     };
-    let back = driver().balance(&from.network, *back).expect("an equilibrium");
+    let back = driver(&plain).balance(&from.network, *back).expect("an equilibrium");
     let end = advanced(&plain, &advanced(&plain, &back, 2).checkpoint, 3).end;
     assert!((set(&end) - set(&whole.steps[3])).norm() <= 1e-5, "{:?}", set(&end));
     // On another mesh nothing is transferred.

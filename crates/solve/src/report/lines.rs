@@ -76,8 +76,8 @@ impl Line {
         line
     }
 
-    /// The same line with its segments divided, within `zone` (m) of the ends of the branch in pieces of at most a
-    /// quarter of the radius, elsewhere of the diameter: what counts of two segments then does not depend on the mesh.
+    /// The same line with its segments divided: within `zone` (m) of the ends of the branch in pieces of at most a
+    /// quarter of the radius, elsewhere of a diameter. What counts of two segments then does not depend on the mesh.
     pub fn divided(&self, zone: f64) -> Self {
         let (mut s, mut x) = (vec![self.s[0]], vec![self.x[0]]);
         for i in 0..self.segments() {
