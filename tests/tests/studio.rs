@@ -137,6 +137,27 @@ fn a_finished_run_is_a_page_from_its_folder_and_as_a_file() {
     assert_eq!(studio.end(), Some(0));
 }
 
+/// The start page opens any file of its user.
+#[test]
+fn the_start_page_is_for_this_machine_alone() {
+    let place = tempfile::tempdir().expect("a folder");
+    let start = |more: &[&str]| {
+        let mut command = Command::new(program());
+        command.args(["studio", "--no-open"]).args(more).current_dir(place.path()).env("XDG_STATE_HOME", place.path());
+        command
+    };
+    let studio = Studio::by(&mut start(&[]));
+    let page = studio.get("/");
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("id=\"replay\">null</script>"));
+    assert!(studio.get("/export/result.json").starts_with("HTTP/1.1 404"), "there is no session yet");
+    assert_eq!(studio.end(), Some(0));
+    for (more, why) in [(&["--host", "0.0.0.0"][..], "give a FILE or DIR"), (&["--envelope", "."], "FILE|DIR")] {
+        let out = start(more).output().expect("it ends");
+        let words = String::from_utf8_lossy(&out.stderr);
+        assert!(!out.status.success() && words.contains(why), "{more:?}: {words}");
+    }
+}
+
 #[test]
 fn what_cannot_be_shown_is_refused_in_words() {
     let place = tempfile::tempdir().expect("a folder");

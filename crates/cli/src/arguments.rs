@@ -279,12 +279,13 @@ pub struct TraceArguments {
 
 #[derive(Args)]
 pub struct StudioArguments {
-    /// A scenario, to be changed interactively; or a folder that `run` has written, to be played
+    /// A scenario, to be changed interactively; or a folder that `run` has written, to be played [default: a page with
+    /// recent files, examples, a new harness, and a place for scenarios and KBL files]
     #[arg(value_name = "FILE|DIR")]
-    pub what: PathBuf,
+    pub what: Option<PathBuf>,
     /// Show the tolerance envelope of the sweep in this folder, too: the space that it swept, and tubes that hold each
     /// branch in a share of its points
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", requires = "what")]
     pub envelope: Option<PathBuf>,
     /// Port to listen at [default: that of the last session, or any]
     #[arg(long, value_name = "N")]

@@ -8,6 +8,7 @@ pub mod bench;
 pub mod envelope;
 pub mod exports;
 pub mod frame;
+pub mod imported;
 pub mod protocol;
 pub mod replay;
 pub mod scene;
@@ -33,7 +34,7 @@ mod tests {
     #[test]
     fn the_page_speaks_the_same_protocol() {
         let mut text = String::from(
-            "// Generated from protocol.rs, frame.rs and envelope.rs in crates/studio/src by a test:\n\
+            "// Generated from protocol.rs, protocol/start.rs, frame.rs and envelope.rs in crates/studio/src by a test:\n\
              // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol\n\n",
         );
         let mut declare = |declaration: String| text += &format!("export {declaration}\n\n");
@@ -42,6 +43,9 @@ mod tests {
         declare(protocol::PartKind::decl());
         declare(protocol::Start::decl());
         declare(protocol::Edit::decl());
+        declare(protocol::Opening::decl());
+        declare(protocol::ImportFile::decl());
+        declare(protocol::Arranged::decl());
         declare(protocol::Request::decl());
         declare(protocol::Branch::decl());
         declare(protocol::Joint::decl());
@@ -60,6 +64,16 @@ mod tests {
         declare(protocol::Session::decl());
         declare(protocol::TextFault::decl());
         declare(protocol::Document::decl());
+        declare(protocol::StartPage::decl());
+        declare(protocol::Recent::decl());
+        declare(protocol::Example::decl());
+        declare(protocol::Contents::decl());
+        declare(protocol::Module::decl());
+        declare(protocol::NotOpened::decl());
+        declare(protocol::Imported::decl());
+        declare(protocol::Finding::decl());
+        declare(protocol::FindingItem::decl());
+        declare(protocol::Used::decl());
         declare(protocol::Notice::decl());
         declare(frame::Placed::decl());
         declare(frame::ConstraintFrame::decl());

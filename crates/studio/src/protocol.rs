@@ -5,6 +5,13 @@
 //! equilibrium; every increment has one. Operations start at the end of a step, so that they can be recorded as further
 //! steps.
 
+mod start;
+
+pub use start::{
+    Arranged, Contents, Example, Finding, FindingItem, ImportFile, Imported, Module, NotOpened, Opening, Recent,
+    StartPage, Used,
+};
+
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
@@ -116,6 +123,16 @@ pub enum Request {
     Draft {
         /// Whether to accept it.
         take: bool,
+    },
+    /// Opens a session; only from the start page, as long as there is none.
+    Open {
+        /// The scenario.
+        what: Opening,
+    },
+    /// Asks for the modules and variants of a KBL file; only from the start page.
+    Contents {
+        /// The file.
+        file: ImportFile,
     },
 }
 
@@ -300,6 +317,16 @@ pub enum Notice {
         /// Name of the file.
         name: String,
     },
+    /// There is no session yet: what can be opened.
+    StartPage(StartPage),
+    /// Modules and variants of a KBL file.
+    Contents(Contents),
+    /// Nothing was opened.
+    NotOpened(NotOpened),
+    /// A finished run was opened: the page is to be loaded anew.
+    Replay,
+    /// The session's scenario was imported: what was found.
+    Imported(Imported),
 }
 
 /// The text of a scenario, and what a page needs to edit it.
@@ -313,6 +340,8 @@ pub struct Document {
     pub name: String,
     /// Whether the session can write into that file.
     pub can_store: bool,
+    /// Whether there is no such file yet: saving asks for its name.
+    pub is_new: bool,
     /// The text.
     pub text: String,
     /// The same as JSON, with every value as it is written.

@@ -12,12 +12,14 @@
 mod admission;
 mod guard;
 mod live;
+mod socket;
+mod start;
 mod state;
 mod tab;
 mod token;
 
 pub use live::{Backend, DraftOffer, Live};
-pub use state::{Content, Exports, Site};
+pub use state::{Content, Exports, Site, Start, Starter, not_opened};
 pub use token::Token;
 
 use admission::{Admission, Peer};
@@ -76,13 +78,13 @@ impl Server {
             .build()?;
         let (ending, seen) = watch::channel(false);
         let admission = Arc::new(Admission::new(MAX_CONNECTIONS));
-        let state = Arc::new(ServerState { site, token, host: host.to_owned(), admission, ending: seen });
+        let state = Arc::new(ServerState { first: site, token, host: host.to_owned(), admission, ending: seen });
         let listener = {
             let _within = runtime.enter();
             tokio::net::TcpListener::from_std(listener)?
         };
         runtime.spawn(accept(listener, state.clone()));
-        if state.site.live().is_some() {
+        if state.live().is_some() || state.start().is_some() {
             runtime.spawn(keep_drafts(state.clone()));
         }
         Ok(Self { runtime, state, ending, address })
@@ -105,14 +107,14 @@ impl Server {
     pub fn stop(self) -> bool {
         let Self { runtime, state, ending, .. } = self;
         let _ = ending.send(true);
-        if let Some(live) = state.site.live() {
+        if let Some(live) = state.live() {
             live.close();
         }
         let began = Instant::now();
         runtime.block_on(async {
             let _ = tokio::time::timeout(SHUTDOWN_TIMEOUT, state.admission.all_closed()).await;
         });
-        let ended = state.site.live().is_none_or(|live| {
+        let ended = state.live().is_none_or(|live| {
             let ended = live.has_ended(SHUTDOWN_TIMEOUT.saturating_sub(began.elapsed()));
             live.keep();
             ended
@@ -152,7 +154,7 @@ async fn keep_drafts(state: Arc<ServerState>) {
         }
         let state = state.clone();
         // File access may be slow.
-        let _ = tokio::task::spawn_blocking(move || state.site.live().map(Live::keep)).await;
+        let _ = tokio::task::spawn_blocking(move || state.live().map(Live::keep)).await;
     }
 }
 
@@ -195,11 +197,11 @@ async fn page(State(state): State<Arc<ServerState>>) -> Response {
     let kind = (header::CONTENT_TYPE, HeaderValue::from_static("text/html; charset=utf-8"));
     // The page itself states its content security policy.
     let policy = (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static("frame-ancestors 'none'"));
-    ([kind, policy], state.site.page.clone()).into_response()
+    ([kind, policy], state.site().page.clone()).into_response()
 }
 
 async fn envelope(State(state): State<Arc<ServerState>>) -> Response {
-    match &state.site.envelope {
+    match &state.site().envelope {
         Some(bytes) => (file_headers("envelope"), bytes.clone()).into_response(),
         None => (StatusCode::NOT_FOUND, "there is no envelope\n").into_response(),
     }
@@ -207,7 +209,7 @@ async fn envelope(State(state): State<Arc<ServerState>>) -> Response {
 
 async fn export(State(state): State<Arc<ServerState>>, Path(name): Path<String>) -> Response {
     let wanted = name.clone();
-    let made = tokio::task::spawn_blocking(move || state.site.export(&wanted)).await;
+    let made = tokio::task::spawn_blocking(move || state.site().export(&wanted)).await;
     match made {
         Ok(Some(bytes)) => (file_headers(&name), bytes).into_response(),
         Ok(None) => (StatusCode::NOT_FOUND, "there is no such file\n").into_response(),

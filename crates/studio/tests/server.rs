@@ -7,8 +7,8 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use wireloom_studio::protocol::{Holding, Notice, Request};
-use wireloom_studio::server::{Content, DraftOffer, Live, Server, Site, Token};
+use wireloom_studio::protocol::{Contents, Holding, ImportFile, NotOpened, Notice, Opening, Request, StartPage};
+use wireloom_studio::server::{Content, DraftOffer, Live, Server, Site, Start, Starter, Token, not_opened};
 
 fn served() -> Served {
     Served::new(None, MemoryBackend::default())
@@ -227,4 +227,114 @@ fn a_server_that_ends_within_an_increment_leaves_no_thread_behind() {
 fn every_target_of_a_hand_has_its_picture() {
     let drag = wireloom_studio::bench::cable(100).expect("dragged");
     assert_eq!((drag.nodes, drag.targets, drag.failures), (101, 80, 0));
+}
+
+/// Opens the example "cable" alone, and counts that.
+#[derive(Clone, Default)]
+struct OneExample(Arc<Mutex<usize>>);
+
+impl Starter for OneExample {
+    fn page(&self) -> StartPage {
+        let (recent, examples) = (Vec::new(), Vec::new());
+        StartPage { program: "wireloom".into(), folder: "/".into(), recent, examples, draft: None }
+    }
+
+    fn contents(&self, _: &ImportFile) -> Result<Contents, NotOpened> {
+        Ok(Contents { name: "h.kbl".into(), modules: Vec::new(), variants: Vec::new() })
+    }
+
+    fn open(&self, what: Opening) -> Result<Site, NotOpened> {
+        if what != (Opening::Example { name: "cable".into() }) {
+            return Err(not_opened("there is no such example", "", "", &[]));
+        }
+        *self.0.lock().expect("not poisoned") += 1;
+        let live = Live::new(common::session(TEXT, false).expect("no faults"), None, Box::<MemoryBackend>::default());
+        Ok(Site { page: "<html>page</html>".into(), content: Content::Live(live), envelope: None })
+    }
+
+    fn restore(&self) -> Result<Site, NotOpened> {
+        Err(not_opened("there is no draft", "", "", &[]))
+    }
+
+    fn discard(&self) {}
+}
+
+fn start_page(starter: &OneExample) -> Served {
+    let content = Content::Start(Start::new(Box::new(starter.clone())));
+    Served::of(Site { page: "<html>page</html>".into(), content, envelope: None })
+}
+
+fn example(name: &str) -> Request {
+    Request::Open { what: Opening::Example { name: name.into() } }
+}
+
+#[test]
+fn one_page_opens_a_session_and_all_pages_are_in_it() {
+    let starter = OneExample::default();
+    let served = start_page(&starter);
+    let (mut one, mut other) = (served.tab(), served.tab());
+    for tab in [&mut one, &mut other] {
+        tab.until(|notice| matches!(notice, Notice::StartPage(_)).then_some(()));
+    }
+    let file = ImportFile::Path { path: "h.kbl".into() };
+    one.ask(&Request::Contents { file });
+    one.until(|notice| matches!(notice, Notice::Contents(_)).then_some(()));
+    one.ask(&example("none"));
+    let why = one.until(|notice| if let Notice::NotOpened(why) = notice { Some(why.message) } else { None });
+    assert_eq!(why, "there is no such example");
+    one.ask(&Request::Undo);
+    let why = one.until(|notice| if let Notice::Refused { message, .. } = notice { Some(message) } else { None });
+    assert_eq!(why, "there is no session yet");
+    assert_eq!(status(&served.get_own(&format!("/export/result.json?{}", served.query()))), "404");
+    one.ask(&example("cable"));
+    other.ask(&example("cable"));
+    one.rest();
+    other.rest();
+    let mut late = served.tab();
+    late.until(|notice| matches!(notice, Notice::Scene(_)).then_some(()));
+    assert_eq!(*starter.0.lock().expect("not poisoned"), 1, "it is opened once");
+    assert_eq!(status(&served.get_own(&format!("/export/result.json?{}", served.query()))), "200");
+    assert!(served.server.stop(), "nothing is left");
+}
+
+/// Who is let into a session would have read any file of the machine.
+#[test]
+fn in_a_session_no_page_opens_files() {
+    let (shared, begun) = (served(), start_page(&OneExample::default()));
+    let mut first = begun.tab();
+    first.ask(&example("cable"));
+    first.rest();
+    for served in [shared, begun] {
+        let mut tab = served.tab();
+        tab.rest();
+        let path = || "/etc/passwd".to_owned();
+        let requests = [
+            Request::Open { what: Opening::Path { path: path() } },
+            Request::Contents { file: ImportFile::Path { path: path() } },
+        ];
+        for request in requests {
+            tab.ask(&request);
+            let why = tab.until(|notice| match notice {
+                Notice::Refused { message, .. } => Some(message),
+                Notice::Contents(_) | Notice::NotOpened(_) => panic!("it was read"),
+                _ => None,
+            });
+            assert_eq!(why, "a session opens no other scenario");
+        }
+        assert!(served.server.stop(), "nothing is left");
+    }
+}
+
+#[test]
+fn files_that_are_too_large_for_a_page_are_refused_in_words() {
+    let served = start_page(&OneExample::default());
+    let mut tab = served.tab();
+    let text = "x".repeat((16 << 20) + 1);
+    tab.ask(&Request::Contents { file: ImportFile::Text { name: "h.kbl".into(), text: text.clone() } });
+    tab.ask(&Request::Open { what: Opening::Text { name: "h.toml".into(), text } });
+    for most in ["16777216", "4194304"] {
+        let why = tab.until(|notice| if let Notice::NotOpened(why) = notice { Some(why) } else { None });
+        assert!(why.message.contains(most) && why.help.contains("path"), "{why:?}");
+    }
+    assert!(served.server.stop(), "nothing is left");
 }

@@ -41,6 +41,8 @@ pub struct Live {
     /// The draft as last stored.
     kept: Mutex<Option<Arc<str>>>,
     backend: Box<dyn Backend>,
+    /// What every page is told when it connects.
+    first: Vec<Notice>,
 }
 
 impl Live {
@@ -51,7 +53,20 @@ impl Live {
             offer: watch::Sender::new(offer),
             kept: Mutex::new(None),
             backend,
+            first: Vec::new(),
         }
+    }
+
+    /// The same, of which every page is told this when it connects.
+    #[must_use]
+    pub fn telling(mut self, first: Vec<Notice>) -> Self {
+        self.first = first;
+        self
+    }
+
+    /// What a page is told when it connects.
+    pub(super) fn first(&self) -> &[Notice] {
+        &self.first
     }
 
     /// The current session, and any that replaces it.

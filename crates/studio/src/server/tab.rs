@@ -2,15 +2,18 @@
 
 use super::admission::Peer;
 use super::live::{Live, Refusal, refused};
-use super::state::{ServerState, ended};
+use super::socket::{Asked, Disconnect, SEND_TIMEOUT, read, send, send_answer, send_notice};
+use super::start;
+use super::state::{Content, ServerState, ended};
 use crate::exports;
 use crate::protocol::{Notice, Request, Scene};
-use crate::session::MAX_TEXT;
+use crate::session::{MAX_FILE, MAX_TEXT};
 use crate::{Studio, Subscription, TabMessage};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
 use axum::extract::{Extension, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Notify;
@@ -18,16 +21,12 @@ use tokio::time::Instant;
 
 /// Largest request, bytes: the largest text of a scenario, in which every character may be escaped.
 const MAX_MESSAGE: usize = 2 * MAX_TEXT;
+/// The same where pages may give files to be imported, whose texts are longer.
+const MAX_FILE_MESSAGE: usize = 2 * MAX_FILE;
 /// Largest rate of requests per second: twice that of a drag on a fast screen. Faster clients are read later.
 const RATE: f64 = 240.0;
 /// Largest burst of requests.
 const BURST: f64 = 240.0;
-/// Number of malformed messages after which the connection is closed.
-const MAX_MALFORMED: u32 = 8;
-/// Time limit for sending a message.
-const SEND_TIMEOUT: Duration = Duration::from_secs(10);
-/// Refusals are truncated to this length, bytes: they may repeat the request.
-const MAX_REFUSAL: usize = 400;
 
 /// `GET /socket`.
 pub async fn open(
@@ -35,13 +34,16 @@ pub async fn open(
     Extension(peer): Extension<Arc<Peer>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    if state.site.live().is_none() {
-        return (StatusCode::NOT_FOUND, "there is no session behind this page\n").into_response();
-    }
-    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(async move |socket| {
-        if let Some(live) = state.site.live() {
-            serve(socket, &state, live).await;
+    let most = match &state.site().content {
+        Content::Live(_) => MAX_MESSAGE,
+        // A page that waits for what is opened learns that it is a finished run.
+        Content::Start(_) | Content::Finished(_) if state.start().is_some() => MAX_FILE_MESSAGE,
+        Content::Start(_) | Content::Finished(_) => {
+            return (StatusCode::NOT_FOUND, "there is no session behind this page\n").into_response();
         }
+    };
+    upgrade.max_message_size(most).max_frame_size(most).on_upgrade(async move |socket| {
+        serve(socket, &state).await;
         drop(peer);
     })
 }
@@ -68,16 +70,8 @@ impl Drop for TabHandle {
     }
 }
 
-/// Reason for the end of a connection.
-enum Disconnect {
-    /// The page has gone, or does not receive any more.
-    Gone,
-    /// Closed by the server, with code and reason.
-    Closed(u16, &'static str),
-}
-
-async fn serve(mut socket: WebSocket, state: &Arc<ServerState>, live: &Live) {
-    let Err(end) = relay(&mut socket, state, live).await;
+async fn serve(mut socket: WebSocket, state: &Arc<ServerState>) {
+    let Err(end) = relay(&mut socket, state).await;
     if let Disconnect::Closed(code, reason) = end {
         let farewell = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
         let _ = tokio::time::timeout(SEND_TIMEOUT, socket.send(farewell)).await;
@@ -85,16 +79,32 @@ async fn serve(mut socket: WebSocket, state: &Arc<ServerState>, live: &Live) {
 }
 
 /// Relays requests and messages until the connection ends.
-async fn relay(
+async fn relay(socket: &mut WebSocket, state: &Arc<ServerState>) -> Result<Infallible, Disconnect> {
+    let site = match state.start() {
+        Some(start) => start::relay(socket, state, start).await?,
+        None => state.site(),
+    };
+    if let Some(live) = site.live() {
+        return relay_session(socket, state, live).await;
+    }
+    send_notice(socket, &Notice::Replay).await?;
+    Err(Disconnect::Closed(close_code::NORMAL, "this is a finished run"))
+}
+
+/// Relays requests and messages of a session.
+async fn relay_session(
     socket: &mut WebSocket,
     state: &Arc<ServerState>,
     live: &Live,
-) -> Result<std::convert::Infallible, Disconnect> {
+) -> Result<Infallible, Disconnect> {
     let mut ending = state.ending.clone();
     let (mut studio, mut offer) = (live.studio(), live.offer());
     let wake = Arc::new(Notify::new());
     let mut tab_handle = TabHandle::take(studio.borrow_and_update().clone(), &wake);
     let (mut limiter, mut malformed) = (RateLimiter::new(), 0);
+    for notice in live.first() {
+        send_notice(socket, notice).await?;
+    }
     if offer.borrow_and_update().is_some() {
         offer.mark_changed();
     }
@@ -103,24 +113,18 @@ async fn relay(
             message = socket.recv() => {
                 let message = message.and_then(Result::ok).ok_or(Disconnect::Gone)?;
                 limiter.take().await;
-                match handle_message(message, &tab_handle, state.clone()).await? {
-                    Handled::Done => {}
-                    Handled::Answered(notice) => send_notice(socket, &notice).await?,
-                    Handled::Refused(refusal) => send_notice(socket, &refusal.into()).await?,
-                    Handled::Malformed(refusal) if malformed < MAX_MALFORMED => {
-                        malformed += 1;
-                        send_notice(socket, &refusal.into()).await?;
-                    }
-                    Handled::Malformed(_) => {
-                        return Err(Disconnect::Closed(close_code::POLICY, "too many malformed messages"));
-                    }
-                }
+                let answer = match read(message, &mut malformed)? {
+                    Asked::Request(request) => handle_request(request, &tab_handle, state.clone()).await,
+                    Asked::Malformed(refusal) => Err(refusal),
+                    Asked::Nothing => continue,
+                };
+                send_answer(socket, answer).await?;
             }
             () = wake.notified() => {
                 match tab_handle.subscription.take() {
                     Some(TabMessage::Notice(Notice::Scene(scene))) => {
                         let exports = exports::names(&scene);
-                        let envelope = state.site.envelope.is_some();
+                        let envelope = state.site().envelope.is_some();
                         send_notice(socket, &Notice::Scene(Scene { exports, envelope, ..scene })).await?;
                     }
                     Some(TabMessage::Notice(notice)) => send_notice(socket, &notice).await?,
@@ -140,76 +144,35 @@ async fn relay(
     }
 }
 
-/// Result of a message.
-#[expect(clippy::large_enum_variant, reason = "one at a time is passed on, and none is kept")]
-enum Handled {
-    Done,
-    /// A request that is answered at once.
-    Answered(Notice),
-    /// A valid request that cannot be fulfilled.
-    Refused(Refusal),
-    /// Not a valid request.
-    Malformed(Refusal),
-}
-
-/// Handles a message.
-async fn handle_message(
-    message: Message,
+/// Handles a request to a session; returns what is answered at once.
+async fn handle_request(
+    request: Request,
     tab_handle: &TabHandle,
     state: Arc<ServerState>,
-) -> Result<Handled, Disconnect> {
-    let text = match message {
-        Message::Text(text) => text,
-        Message::Ping(_) | Message::Pong(_) => return Ok(Handled::Done),
-        Message::Close(_) => return Err(Disconnect::Gone),
-        Message::Binary(_) => {
-            return Ok(Handled::Malformed(refused("binary messages are not requests", "requests are JSON text")));
-        }
-    };
-    match serde_json::from_str(&text) {
-        Ok(Request::Draft { take }) => {
+) -> Result<Option<Notice>, Refusal> {
+    match request {
+        Request::Draft { take } => {
             // Opening another session takes a while.
-            let decided = tokio::task::spawn_blocking(move || state.site.live().map(|live| live.decide_draft(take)));
-            Ok(match decided.await {
-                Ok(Some(Err(refusal))) => Handled::Refused(refusal),
-                Ok(_) => Handled::Done,
-                Err(_) => Handled::Refused(refused("the draft cannot be used", "see what the program prints")),
-            })
+            let decided = tokio::task::spawn_blocking(move || state.live().map(|live| live.decide_draft(take)));
+            match decided.await {
+                Ok(Some(Err(refusal))) => Err(refusal),
+                Ok(_) => Ok(None),
+                Err(_) => Err(refused("the draft cannot be used", "see what the program prints")),
+            }
         }
-        Ok(Request::Check { text, number }) => {
+        Request::Check { text, number } => {
             // Beside the solver, which may be busy. A plugin may fail.
             let studio = tab_handle.studio.clone();
             let checked = tokio::task::spawn_blocking(move || studio.check(&text, number)).await;
-            Ok(checked.map_or_else(
-                |_| Handled::Refused(refused("the text could not be checked", "see what the program prints")),
-                Handled::Answered,
-            ))
+            checked.map(Some).map_err(|_| refused("the text could not be checked", "see what the program prints"))
         }
-        Ok(request) => {
+        Request::Open { .. } | Request::Contents { .. } => {
+            Err(refused("a session opens no other scenario", "start another `wireloom studio` for it"))
+        }
+        request => {
             tab_handle.studio.submit(tab_handle.tab, request);
-            Ok(Handled::Done)
+            Ok(None)
         }
-        Err(error) => {
-            let mut words = error.to_string();
-            words.truncate(words.floor_char_boundary(MAX_REFUSAL));
-            Ok(Handled::Malformed(refused(
-                &format!("not a valid request: {words}"),
-                "reload the page: its version differs",
-            )))
-        }
-    }
-}
-
-/// Sends a notice.
-async fn send_notice(socket: &mut WebSocket, notice: &Notice) -> Result<(), Disconnect> {
-    let text = serde_json::to_string(notice).map_err(|_| Disconnect::Gone)?;
-    send(socket, Message::Text(text.into())).await
-}
-
-async fn send(socket: &mut WebSocket, message: Message) -> Result<(), Disconnect> {
-    match tokio::time::timeout(SEND_TIMEOUT, socket.send(message)).await {
-        Ok(Ok(())) => Ok(()),
-        Ok(Err(_)) | Err(_) => Err(Disconnect::Gone),
     }
 }
 

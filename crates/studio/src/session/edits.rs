@@ -37,6 +37,7 @@ impl Session {
             version: *version,
             name: self.name.clone(),
             can_store: self.storage.is_some(),
+            is_new: self.storage.as_ref().is_some_and(|storage| storage.is_new()),
             text: text.clone(),
             entries: as_json(text).unwrap_or(Json::Null),
             constraint_kinds: own.chain(shipped).collect(),

@@ -6,6 +6,11 @@ use wireloom::session::Refusal;
 
 /// Reads and writes the file of a session's scenario.
 pub trait Storage: Send {
+    /// Whether there is no file yet: the first text is stored under a name.
+    fn is_new(&self) -> bool {
+        false
+    }
+
     /// Writes a text into the scenario's file, or into another one of its folder, which then is its file. `replace`:
     /// whether to replace what another program has written there. Returns the file's name.
     ///
@@ -57,10 +62,11 @@ impl Session {
     pub(super) fn store(&mut self, tab: u32, name: Option<&str>, replace: bool) -> Result<(), Refusal> {
         let text = self.text()?;
         let storage = self.storage.as_mut().ok_or_else(no_file)?;
+        let was_new = storage.is_new();
         let notice = match storage.store(&text, name, replace) {
             Ok(name) => {
                 (self.unsaved, self.changes.edited) = (false, true);
-                if self.name != name {
+                if was_new || self.name != name {
                     self.name.clone_from(&name);
                     self.changes.document = Some(self.document());
                 }

@@ -92,11 +92,14 @@ pub struct Served {
 
 impl Served {
     pub fn new(offer: Option<DraftOffer>, backend: MemoryBackend) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-        let token = Token::random().expect("random numbers");
         let live = Live::new(session(TEXT, false).expect("no faults"), offer, Box::new(backend));
         let (page, content) = ("<html>page</html>".to_owned(), Content::Live(live));
-        let site = Site { page, content, envelope: None };
+        Self::of(Site { page, content, envelope: None })
+    }
+
+    pub fn of(site: Site) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let token = Token::random().expect("random numbers");
         let digits = token.digits().to_owned();
         let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
         Self { address: server.address(), server, token: digits }

@@ -59,6 +59,9 @@ function difference(before: string, after: string): { from: number; to: number; 
   return { from, to: before.length - end, insert: after.slice(from, after.length - end) };
 }
 
+/** Place and words of a fault. */
+export const faultWords = (fault: TextFault): string => `${fault.line}:${fault.column}: ${fault.message}`;
+
 interface Kept {
   /** The session's text that it was made from. */
   base: string;
@@ -305,7 +308,7 @@ export class TextPane {
     );
     this.view.dispatch(setDiagnostics(this.view.state, diagnostics));
     this.faultList.replaceChildren(
-      ...faults.map((fault) => element("li", {}, element("button", { class: "plain", onclick: () => this.goTo(fault.from) }, `${fault.line}:${fault.column}: ${fault.message}`), element("span", { class: "quiet" }, ` ${fault.help}`))),
+      ...faults.map((fault) => element("li", {}, element("button", { class: "plain", onclick: () => this.goTo(fault.from) }, faultWords(fault)), element("span", { class: "quiet" }, ` ${fault.help}`))),
     );
   }
 

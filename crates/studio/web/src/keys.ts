@@ -14,7 +14,7 @@ export interface Key {
 export function listen(keys: Key[], live: () => boolean): void {
   const table = new Map(keys.flatMap((key) => key.keys.map((each) => [each, key] as const)));
   document.addEventListener("keydown", (event) => {
-    if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
+    if (event.defaultPrevented || document.querySelector("dialog[open], body.starting")) return;
     const target = event.target as HTMLElement;
     const control = event.ctrlKey || event.metaKey;
     const types = target.matches("select, textarea, input:not([type=range]):not([type=checkbox])") || target.matches(".text-holder");

@@ -9,8 +9,10 @@ import { along, branchOf, decode, firstNodes, valueAt, type Frame } from "./fram
 import { Drawing } from "./drawing";
 import { MOST, TextPane } from "./editor";
 import { Envelope, type Choice } from "./envelope";
+import { elsewhere, isImported, textOf } from "./files";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
+import { ImportPane } from "./imported";
 import { Inspect } from "./inspect";
 import { help, listen, type Key } from "./keys";
 import { Labels } from "./labels";
@@ -20,9 +22,10 @@ import { Panels } from "./panels";
 import { FLOATS, type Notice, type Place } from "./protocol";
 import { destroyed, failing, isDestroyed, sentence, verdictWords, worstFirst } from "./requirements";
 import { screenshot } from "./screenshot";
+import { StartPane } from "./start";
 import { Store } from "./store";
 import { TimelineBar } from "./timeline";
-import { millimetres } from "./units";
+import { millimetres, when } from "./units";
 import { View, type Side } from "./view";
 
 const store = new Store();
@@ -70,7 +73,8 @@ const build = new Build(store, hands, connection, (name) => {
   showText(true);
   textPane.lookFor(name);
 });
-const panels = new Panels(byId("panels"), store, hands, connection, build.element, inspect, {
+const importPane = new ImportPane((place) => goTo(null, place));
+const panels = new Panels(byId("panels"), store, hands, connection, build.element, inspect, importPane.element, {
   visit: (position) => view.visit(new THREE.Vector3(...position)),
   scrub: (frame) => timeline.go(frame),
   goTo,
@@ -88,6 +92,8 @@ const legend = new Legend(colourBy, () => {
   paint();
 });
 const textPane = new TextPane(store, connection, (dirty) => (byId("text-on").textContent = dirty ? "Text •" : "Text"));
+
+const start = new StartPane(store, connection);
 
 function seen(): View {
   try {
@@ -125,10 +131,11 @@ function takeFrame(buffer: ArrayBuffer): void {
 function linkState(state: LinkState): void {
   const chip = byId("link");
   document.body.classList.toggle("replay", state === "replay");
-  const words = { connecting: "connecting…", open: "live", lost: "connection lost, trying again…", ended: "session ended", replay: "finished run" }[state];
+  const words = { connecting: "connecting…", open: store.scene === null ? "connected" : "live", lost: "connection lost, trying again…", ended: "session ended", replay: "finished run" }[state];
   chip.textContent = words;
   chip.className = state === "lost" || state === "ended" ? "chip bad" : "chip";
-  if (state === "ended") {
+  start.setLink(state);
+  if (state === "ended" && !start.isShown) {
     const bar = byId("draft");
     bar.hidden = false;
     bar.replaceChildren(
@@ -164,6 +171,7 @@ setInterval(() => fetch(), 500);
 store.on("missed", (number) => fetch(number));
 
 store.on("scene", (scene) => {
+  if (scene.live) byId("link").textContent = "live";
   document.title = `${scene.name} – Wireloom studio`;
   byId("name").textContent = scene.name;
   byId("name").title = scene.program;
@@ -234,6 +242,11 @@ store.on("refused", ({ message, help }) => {
 
 store.on("saved", ({ name, text }) => download(name, new Blob([text], { type: "application/toml" })));
 
+store.on("imported", (imported) => {
+  importPane.show(imported);
+  panels.showImport();
+});
+
 store.on("document", ({ name, can_store }) => {
   byId("save-as").hidden = !can_store;
   byId("save").setAttribute("aria-label", `Save ${name}`);
@@ -273,6 +286,7 @@ store.on("outside", (name) =>
 function save(): void {
   if (textPane.dirty) tell("The text has changes that are not applied: they are not saved.");
   if (store.document && !store.document.can_store) connection.send({ do: "save" });
+  else if (store.document?.is_new) saveAs();
   else writeFile(null, false);
 }
 
@@ -283,7 +297,7 @@ function saveAs(): void {
     "form",
     { method: "dialog" },
     element("h2", { id: "name-title" }, "Save as"),
-    element("label", {}, "Name in the same folder, ending in .toml ", input),
+    element("label", {}, store.document?.is_new ? "Name in the folder where the program was started, ending in .toml " : "Name in the same folder, ending in .toml ", input),
     element("p", { class: "row" }, element("button", { type: "submit", class: "strong" }, "Save"), element("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
   );
   form.addEventListener("submit", () => {
@@ -320,12 +334,6 @@ store.on("draft", (written) => {
     element("button", { onclick: answer(false) }, "Discard it"),
   );
 });
-
-/** A time as people here write it. */
-function when(time: string): string {
-  const date = new Date(time);
-  return Number.isNaN(date.getTime()) ? time : date.toLocaleString();
-}
 
 /** Words that go by themselves after a while. */
 function tell(words: string): void {
@@ -737,18 +745,13 @@ byId("drawing").addEventListener("change", () => showDrawing(byId<HTMLInputEleme
 async function takeFile(file: File): Promise<void> {
   const says = (words: string) => tell(`${file.name}: ${words}`);
   if (!live()) return says("this is a finished run; open the scenario with “wireloom studio” to change it.");
-  if (/\.(stl|obj|gltf|glb)$/i.test(file.name)) return says("put it into the folder of the scenario, and name it as mesh = \"…\" of an obstacle.");
-  if (/\.(kbl|xml|step|stp)$/i.test(file.name)) return says("make a scenario of it with “wireloom import”, and drop that here.");
-  if (!/\.toml$/i.test(file.name)) return says("a scenario is wanted, a file that ends in .toml.");
-  if (file.size > MOST) return says(`it has ${file.size} bytes; at most ${MOST} can be edited here.`);
-  let text: string;
-  try {
-    text = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer());
-  } catch {
-    return says("it is no UTF-8 text.");
-  }
+  if (isImported(file.name)) return says("a session has its harness: start “wireloom studio” alone, and drop the file on its page.");
+  const other = elsewhere(file.name);
+  if (other !== null) return says(other);
+  const read = await textOf(file, MOST);
+  if ("fault" in read) return says(read.fault);
   showText(true);
-  textPane.propose(text);
+  textPane.propose(read.text);
   says("it stands in the text, and is checked; Apply carries it out.");
 }
 
@@ -759,7 +762,8 @@ document.addEventListener("drop", (event) => {
   const files = event.dataTransfer?.files;
   if (!files?.length) return;
   event.preventDefault();
-  for (const file of files) void takeFile(file);
+  if (start.isShown) void start.take(files[0]);
+  else for (const file of files) void takeFile(file);
 });
 
 /** For tests: what the page knows and where things are on the screen. */

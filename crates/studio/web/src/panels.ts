@@ -70,6 +70,7 @@ export class Panels {
     private link: Link,
     build: HTMLElement,
     inspect: { parts: HTMLElement; measures: HTMLElement },
+    imported: HTMLElement,
     private wishes: Wishes,
   ) {
     const section = (name: string, title: string, open: boolean, live: boolean, ...content: Node[]) => {
@@ -95,6 +96,7 @@ export class Panels {
     holder.append(
       this.sheet,
       this.state,
+      section("imported", "Import", true, false, imported),
       section("chosen", "Chosen", true, false, this.chosen),
       section("build", "Build", false, true, build),
       section("measure", "Measure", false, false, inspect.measures),
@@ -108,8 +110,14 @@ export class Panels {
       section("files", "Files", false, false, this.files),
       section("notes", "Notes", false, false, this.notes),
     );
+    this.sections.get("imported")!.hidden = true;
     this.showChosen();
     this.showGhost(null, null);
+  }
+
+  /** There are findings of an import. */
+  showImport(): void {
+    this.sections.get("imported")!.hidden = false;
   }
 
   open(name: string): void {

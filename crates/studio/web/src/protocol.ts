@@ -1,4 +1,4 @@
-// Generated from protocol.rs, frame.rs and envelope.rs in crates/studio/src by a test:
+// Generated from protocol.rs, protocol/start.rs, frame.rs and envelope.rs in crates/studio/src by a test:
 // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol
 
 export type Holding = "handle" | "pin" | "collar";
@@ -82,6 +82,56 @@ section: string,
  * Its length as the file shall have it.
  */
 length: unknown, };
+
+export type Opening = { "is": "path", 
+/**
+ * Its path.
+ */
+path: string, } | { "is": "example", 
+/**
+ * Its name.
+ */
+name: string, } | { "is": "new" } | { "is": "text", 
+/**
+ * Name that is proposed for its file.
+ */
+name: string, 
+/**
+ * Its text.
+ */
+text: string, } | { "is": "kbl", 
+/**
+ * The file.
+ */
+file: ImportFile, 
+/**
+ * Names of the modules that are taken; none: all of them.
+ */
+modules: Array<string> | null, 
+/**
+ * Longest segment, m; none: as an accuracy of 2 % needs them.
+ */
+spacing: number | null, 
+/**
+ * Where the harness is.
+ */
+arrangement: Arranged, };
+
+export type ImportFile = { "from": "path", 
+/**
+ * Its path.
+ */
+path: string, } | { "from": "text", 
+/**
+ * Its name.
+ */
+name: string, 
+/**
+ * Its text.
+ */
+text: string, };
+
+export type Arranged = "installed" | "board" | "assembly";
 
 export type Request = { "do": "hold", 
 /**
@@ -179,7 +229,15 @@ number: number, } | { "do": "draft",
 /**
  * Whether to accept it.
  */
-take: boolean, };
+take: boolean, } | { "do": "open", 
+/**
+ * The scenario.
+ */
+what: Opening, } | { "do": "contents", 
+/**
+ * The file.
+ */
+file: ImportFile, };
 
 export type Branch = { 
 /**
@@ -639,6 +697,10 @@ name: string,
  */
 can_store: boolean, 
 /**
+ * Whether there is no such file yet: saving asks for its name.
+ */
+is_new: boolean, 
+/**
  * The text.
  */
 text: string, 
@@ -654,6 +716,158 @@ constraint_kinds: Array<[string, string]>,
  * Words of the quantities that a requirement may limit.
  */
 quantities: Array<string>, };
+
+export type StartPage = { 
+/**
+ * Name and version of the program.
+ */
+program: string, 
+/**
+ * The folder in which the program was started: paths begin there, and what has no file is saved there.
+ */
+folder: string, 
+/**
+ * Files that were open, the newest first.
+ */
+recent: Array<Recent>, 
+/**
+ * Examples that are part of the program.
+ */
+examples: Array<Example>, 
+/**
+ * When the draft of a session without a file was stored (RFC 3339); none if there is none.
+ */
+draft: string | null, };
+
+export type Recent = { 
+/**
+ * Its path.
+ */
+path: string, 
+/**
+ * When it was opened last (RFC 3339), if that is known.
+ */
+opened: string | null, 
+/**
+ * Whether it is not there any more.
+ */
+gone: boolean, };
+
+export type Example = { 
+/**
+ * Name of its file.
+ */
+name: string, 
+/**
+ * What it shows.
+ */
+title: string, };
+
+export type Contents = { 
+/**
+ * Name of the file.
+ */
+name: string, 
+/**
+ * Its modules.
+ */
+modules: Array<Module>, 
+/**
+ * Its variants: name, and names of modules.
+ */
+variants: Array<[string, Array<string>]>, };
+
+export type Module = { 
+/**
+ * Its name.
+ */
+name: string, 
+/**
+ * Its description.
+ */
+description: string | null, 
+/**
+ * Code of the option that asks for it.
+ */
+option_code: string | null, 
+/**
+ * Number of its parts.
+ */
+parts: number, };
+
+export type NotOpened = { 
+/**
+ * The reason.
+ */
+message: string, 
+/**
+ * What would be right; may be empty.
+ */
+help: string, 
+/**
+ * Faults of the text.
+ */
+faults: Array<TextFault>, };
+
+export type Imported = { 
+/**
+ * Name of the file.
+ */
+name: string, 
+/**
+ * Irregularities of the file and their treatment.
+ */
+findings: Array<Finding>, 
+/**
+ * What became of the elements of the file, by kind.
+ */
+usage: Array<Used>, };
+
+export type Finding = { 
+/**
+ * One sentence or two.
+ */
+what: string, 
+/**
+ * The places.
+ */
+items: Array<FindingItem>, };
+
+export type FindingItem = { 
+/**
+ * The place in words, with ids of the file.
+ */
+words: string, 
+/**
+ * Where it is in the harness, if it is a part of that.
+ */
+place: Place | null, };
+
+export type Used = { 
+/**
+ * Name of the element.
+ */
+kind: string, 
+/**
+ * In the file.
+ */
+total: number, 
+/**
+ * The computation depends on them.
+ */
+used: number, 
+/**
+ * Named in the scenario, without effect.
+ */
+kept: number, 
+/**
+ * Of other modules.
+ */
+left_out: number, 
+/**
+ * Not read.
+ */
+not_read: number, };
 
 export type Notice = { "is": "scene" } & Scene | { "is": "timeline" } & Timeline | { "is": "sheet" } & Sheet | { "is": "session" } & Session | { "is": "refused", 
 /**
@@ -700,7 +914,7 @@ own: boolean, } | { "is": "outside",
 /**
  * Name of the file.
  */
-name: string, };
+name: string, } | { "is": "start_page" } & StartPage | { "is": "contents" } & Contents | { "is": "not_opened" } & NotOpened | { "is": "replay" } | { "is": "imported" } & Imported;
 
 export type Placed = { 
 /**

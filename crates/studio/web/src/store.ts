@@ -1,7 +1,7 @@
 // What the page knows: scene, timeline, session, and the frames it has got; which of them is shown.
 import { Emitter } from "./emitter";
 import { fits, type Frame } from "./frame";
-import type { Document, Notice, Scene, Session, Sheet, TextFault, Timeline } from "./protocol";
+import type { Contents, Document, Imported, Notice, NotOpened, Scene, Session, Sheet, StartPage, TextFault, Timeline } from "./protocol";
 
 interface Events {
   scene: Scene;
@@ -25,6 +25,14 @@ interface Events {
   outside: string;
   /** When what an earlier session left unsaved was kept; null: there is no such thing (any more). */
   draft: string | null;
+  /** There is no session yet: what can be opened. */
+  start_page: StartPage;
+  /** Modules and variants of a file that is to be imported. */
+  contents: Contents;
+  /** Why nothing was opened. */
+  not_opened: NotOpened;
+  /** What the import of the scenario has found. */
+  imported: Imported;
 }
 
 /** Bytes of frames that are kept; beyond it those farthest from the one shown go, and are asked for anew when needed. */
@@ -110,6 +118,22 @@ export class Store extends Emitter<Events> {
         break;
       case "outside":
         this.tell("outside", notice.name);
+        break;
+      case "start_page":
+        this.tell("start_page", notice);
+        break;
+      case "contents":
+        this.tell("contents", notice);
+        break;
+      case "not_opened":
+        this.tell("not_opened", notice);
+        break;
+      case "imported":
+        this.tell("imported", notice);
+        break;
+      case "replay":
+        // Its data are in the page of the same address.
+        location.reload();
         break;
     }
   }

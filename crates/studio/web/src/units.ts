@@ -89,3 +89,9 @@ export function niceBelow(value: number): number {
   const part = value / power;
   return power * (part >= 5 ? 5 : part >= 2 ? 2 : 1);
 }
+
+/** A time as people here write it. */
+export function when(time: string): string {
+  const date = new Date(time);
+  return Number.isNaN(date.getTime()) ? time : date.toLocaleString();
+}

@@ -29,8 +29,13 @@ export function scenario(name) {
 }
 
 /** Starts a studio; resolves with its address and what ends it. */
-export function studio(what, ...more) {
-  const child = spawn(program, ["studio", what, "--no-open", ...more], { env: environment(), stdio: ["ignore", "pipe", "pipe"] });
+export const studio = (what, ...more) => started([what, ...more]);
+
+/** Starts one with its start page, in a folder. */
+export const startPage = (folder) => started([], folder);
+
+function started(what, cwd) {
+  const child = spawn(program, ["studio", "--no-open", ...what], { cwd, env: environment(), stdio: ["ignore", "pipe", "pipe"] });
   running.add(child);
   const ended = new Promise((resolve) => child.on("exit", (code) => (running.delete(child), resolve(code))));
   return new Promise((resolve, reject) => {

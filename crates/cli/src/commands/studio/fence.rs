@@ -85,6 +85,22 @@ impl SessionFiles for Fence {
     }
 }
 
+/// A scenario that is opened from no file has no files beside it.
+pub struct NoFile;
+
+impl Files for NoFile {
+    fn read(&self, _: &str) -> Result<String, String> {
+        Err("this scenario was not opened from its file; open it by its path, so that files beside it are found"
+            .to_owned())
+    }
+}
+
+impl SessionFiles for NoFile {
+    fn anew(&self) -> Arc<dyn SessionFiles> {
+        Arc::new(Self)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,8 @@
-//! State that the studio keeps of a scenario between sessions: its port, so that open pages notice a new session, and
-//! the unsaved draft. One file for each scenario, readable by its user alone, in the system's folder for states of
-//! programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows `%LOCALAPPDATA%\wireloom`.
+//! State that the studio keeps of a scenario between sessions: its port, so that open pages notice a new session, the
+//! unsaved draft, and when it was opened. One file for each scenario, readable by its user alone, in the system's folder
+//! for states of programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows
+//! `%LOCALAPPDATA%\wireloom`. The start page has a file for each folder in which it was started, with the draft of a
+//! session that has no file yet.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
@@ -10,8 +12,11 @@ use std::path::{Path, PathBuf};
 /// The state that is kept.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Remembered {
-    /// The scenario's file.
+    /// The scenario's file, the folder of a finished run, or that of a start page.
     pub scenario: PathBuf,
+    /// When it was opened last (RFC 3339).
+    #[serde(default)]
+    pub opened: Option<String>,
     /// Port of the last session.
     pub port: Option<u16>,
     /// The unsaved draft.
@@ -25,6 +30,42 @@ pub struct Draft {
     pub text: String,
     /// When it was kept.
     pub written: String,
+}
+
+/// Names of the files for scenarios and finished runs, and of those for start pages, begin so.
+const SCENARIO: &str = "studio-";
+const START_PAGE: &str = "start-";
+/// Most files that a start page lists.
+const MAX_RECENT: usize = 20;
+
+/// A scenario or a finished run that was open.
+#[derive(Debug, PartialEq, Deserialize)]
+pub struct Recent {
+    /// Its file or folder.
+    pub scenario: PathBuf,
+    /// When it was opened last (RFC 3339); unknown if that was by an earlier version of the program.
+    #[serde(default)]
+    pub opened: Option<String>,
+}
+
+/// Scenarios and finished runs that were open, the newest first.
+pub fn recent() -> Vec<Recent> {
+    folder().map(|folder| recent_within(&folder)).unwrap_or_default()
+}
+
+/// The same in a folder of states.
+fn recent_within(folder: &Path) -> Vec<Recent> {
+    let files = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_state = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with(SCENARIO) && name.ends_with(".json")
+    };
+    // A file that cannot be parsed counts as missing.
+    let read = |path: PathBuf| serde_json::from_slice(&fs::read(path).ok()?).ok();
+    let mut all: Vec<Recent> = files.filter(is_state).filter_map(read).collect();
+    all.sort_by(|a, b| b.opened.cmp(&a.opened).then_with(|| a.scenario.cmp(&b.scenario)));
+    all.truncate(MAX_RECENT);
+    all
 }
 
 /// The file of one scenario, locked by this process.
@@ -41,16 +82,26 @@ impl Memory {
     /// # Errors
     /// Those of the system.
     pub fn of(path: &Path) -> io::Result<Option<Self>> {
-        let scenario = path.canonicalize()?;
-        let folder = folder().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "there is no home folder"))?;
-        Self::within(&folder, scenario)
+        Self::within(&existing_folder()?, path.canonicalize()?)
     }
 
-    /// The same in a folder of states.
+    /// That of the start page in a folder; `None` where another process has locked it.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn of_start_page(folder: &Path) -> io::Result<Option<Self>> {
+        Self::named(START_PAGE, &existing_folder()?, folder.canonicalize()?)
+    }
+
+    /// That of a scenario, in a folder of states.
     pub(super) fn within(folder: &Path, scenario: PathBuf) -> io::Result<Option<Self>> {
+        Self::named(SCENARIO, folder, scenario)
+    }
+
+    fn named(prefix: &str, folder: &Path, scenario: PathBuf) -> io::Result<Option<Self>> {
         make_folder(folder)?;
         let hash = wireloom::export::sha256(scenario.as_os_str().as_encoded_bytes());
-        let path = folder.join(format!("studio-{}.json", &hash[..16]));
+        let path = folder.join(format!("{prefix}{}.json", &hash[..16]));
         let lock = for_the_user_alone(&path.with_extension("lock"), false)?;
         if lock.try_lock().is_err() {
             return Ok(None);
@@ -82,6 +133,10 @@ impl Memory {
         file.sync_all()?;
         fs::rename(&partial, &self.path)
     }
+}
+
+fn existing_folder() -> io::Result<PathBuf> {
+    folder().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "there is no home folder"))
 }
 
 /// Folder of states.
@@ -135,5 +190,22 @@ mod tests {
             let mode = std::os::unix::fs::PermissionsExt::mode(&file.unwrap().metadata().unwrap().permissions());
             assert_eq!(mode & 0o077, 0, "nobody else may read it");
         }
+    }
+
+    #[test]
+    fn files_that_were_open_are_listed_with_the_newest_first_and_start_pages_are_not() {
+        let place = tempfile::tempdir().expect("a folder");
+        for (name, opened) in [("a", Some("2026-01-01T00:00:00Z")), ("b", None), ("c", Some("2026-01-02T00:00:00Z"))] {
+            let memory = Memory::within(place.path(), format!("/{name}.toml").into()).expect("readable");
+            let opened = opened.map(str::to_owned);
+            memory.expect("free").change(|known| known.opened = opened).expect("written");
+        }
+        let start = Memory::named(START_PAGE, place.path(), "/".into()).expect("readable");
+        start.expect("free").change(|known| known.port = Some(7)).expect("written");
+        fs::write(place.path().join("studio-0.json"), "half").expect("written");
+        let listed = recent_within(place.path());
+        let listed: Vec<&str> = listed.iter().filter_map(|recent| recent.scenario.to_str()).collect();
+        assert_eq!(listed, ["/c.toml", "/a.toml", "/b.toml"]);
+        assert!(recent_within(&place.path().join("none")).is_empty());
     }
 }

@@ -7,6 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wireloom::session::Refusal;
 use wireloom_studio::{Storage, StoreError};
 
+/// Name that is proposed where a name cannot be that of a file.
+const DEFAULT_NAME: &str = "harness.toml";
 /// Longest name of a file, bytes.
 const LONGEST_NAME: usize = 120;
 
@@ -19,6 +21,8 @@ struct OnDisk {
     known: String,
     /// The text of another program that pages have been told of.
     told: Option<String>,
+    /// Whether nothing was written yet, and what is there is of others.
+    is_new: bool,
 }
 
 /// The scenario's file, shared by the sessions of it.
@@ -29,17 +33,34 @@ impl FileStorage {
     /// The file at `path`, which holds `text`.
     pub fn new(path: &Path, text: &str) -> Self {
         let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        Self(Arc::new(Mutex::new(OnDisk { path: path.to_owned(), place, known: text.to_owned(), told: None })))
+        let (path, known) = (path.to_owned(), text.to_owned());
+        Self(Arc::new(Mutex::new(OnDisk { path, place, known, told: None, is_new: false })))
     }
 
-    /// Its path.
+    /// A file of a folder that is written when it is stored first, under this name or another one.
+    pub fn new_in(folder: &Path, name: &str) -> Self {
+        let path = beside(&folder.join(DEFAULT_NAME), name).unwrap_or_else(|_| folder.join(DEFAULT_NAME));
+        let place = path.clone();
+        Self(Arc::new(Mutex::new(OnDisk { path, place, known: String::new(), told: None, is_new: true })))
+    }
+
+    /// Its path, also where it is not written yet.
     pub fn path(&self) -> PathBuf {
         self.disk().path.clone()
+    }
+
+    /// Its path, if there is a file.
+    pub fn file(&self) -> Option<PathBuf> {
+        let disk = self.disk();
+        (!disk.is_new).then(|| disk.path.clone())
     }
 
     /// Name of the file, if another program has changed it since it was read, written or told of.
     pub fn changed_outside(&self) -> Option<String> {
         let mut disk = self.disk();
+        if disk.is_new {
+            return None;
+        }
         let text = load::text(&disk.place).ok()?;
         if text == disk.known {
             disk.told = None;
@@ -86,10 +107,21 @@ fn beside(path: &Path, name: &str) -> Result<PathBuf, Refusal> {
     Ok(path.with_file_name(name))
 }
 
+fn no_file_yet(help: &str) -> Refusal {
+    Refusal::new("this scenario has no file yet", help)
+}
+
 impl Storage for FileStorage {
+    fn is_new(&self) -> bool {
+        self.disk().is_new
+    }
+
     fn store(&mut self, text: &str, name: Option<&str>, replace: bool) -> Result<String, StoreError> {
         let mut disk = self.disk();
-        let Some(name) = name.filter(|name| *name != disk.name()) else {
+        if disk.is_new && name.is_none() {
+            return Err(StoreError::Refused(no_file_yet("give it a name")));
+        }
+        let Some(name) = name.filter(|name| disk.is_new || *name != disk.name()) else {
             let changed = match load::text(&disk.place) {
                 Ok(there) => {
                     let changed = there != disk.known && there != text;
@@ -111,14 +143,18 @@ impl Storage for FileStorage {
         if path.exists() && !replace {
             return Err(StoreError::Exists { name: name.to_owned() });
         }
-        let mut other = OnDisk { place: path.clone(), path, known: String::new(), told: None };
+        let mut other = OnDisk { place: path.clone(), path, known: String::new(), told: None, is_new: false };
         let written = other.write(text)?;
         *disk = other;
         Ok(written)
     }
 
     fn read(&self) -> Result<String, Refusal> {
-        let text = load::text(&self.disk().place);
+        let disk = self.disk();
+        if disk.is_new {
+            return Err(no_file_yet("save it first"));
+        }
+        let text = load::text(&disk.place);
         text.map_err(|failure| Refusal::new(failure.to_string(), "save the scenario to write it anew"))
     }
 
@@ -181,6 +217,26 @@ mod tests {
         assert_eq!(storage.store("a = 3", None, false).as_deref(), Ok("w.toml"));
         let texts = ["y.toml", "w.toml"].map(|name| fs::read_to_string(folder.path().join(name)).expect("a file"));
         assert_eq!(texts, ["a = 1", "a = 3"]);
+    }
+
+    /// A scenario that was dropped on the page would have replaced a file of the same name.
+    #[test]
+    fn a_scenario_without_a_file_replaces_none_and_has_one_after_it_is_saved() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let there = folder.path().join("y.toml");
+        fs::write(&there, "a = 1").expect("written");
+        let mut storage = FileStorage::new_in(folder.path(), "y.toml");
+        assert!(storage.is_new() && storage.file().is_none() && storage.changed_outside().is_none());
+        assert!(storage.read().is_err() && matches!(storage.store("a = 2", None, true), Err(StoreError::Refused(_))));
+        let exists = Err(StoreError::Exists { name: "y.toml".to_owned() });
+        assert_eq!(storage.store("a = 2", Some("y.toml"), false), exists);
+        assert_eq!(fs::read_to_string(&there).expect("a file"), "a = 1");
+        assert_eq!(storage.store("a = 2", Some("z.toml"), false).as_deref(), Ok("z.toml"));
+        assert_eq!((storage.is_new(), storage.file()), (false, Some(folder.path().join("z.toml"))));
+        assert_eq!(storage.store("a = 3", None, false).as_deref(), Ok("z.toml"));
+        for name in ["../y.toml", "y.kbl", "", "a/b.toml"] {
+            assert_eq!(FileStorage::new_in(folder.path(), name).path(), folder.path().join(DEFAULT_NAME), "{name}");
+        }
     }
 
     #[cfg(unix)]
