@@ -1,4 +1,5 @@
-//! What an import has found, for pages: each place of a finding as a part of the scenario that was made, where it is one.
+//! What an import has found, for pages: each place of a finding as a part of the scenario that was made, where it is
+//! one.
 
 use crate::frame::number;
 use crate::protocol::{self, FindingItem, Place, Used};

@@ -34,7 +34,7 @@ mod tests {
     #[test]
     fn the_page_speaks_the_same_protocol() {
         let mut text = String::from(
-            "// Generated from protocol.rs, protocol/start.rs, frame.rs and envelope.rs in crates/studio/src by a test:\n\
+            "// Generated from protocol, frame and envelope in crates/studio/src by a test:\n\
              // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol\n\n",
         );
         let mut declare = |declaration: String| text += &format!("export {declaration}\n\n");

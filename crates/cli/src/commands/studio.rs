@@ -36,8 +36,8 @@ pub fn studio(arguments: &StudioArguments, out: &mut dyn Write) -> Result<Outcom
     let address = listener.local_addr().map_err(Failure::system("listen"))?;
     if matches!(what, What::StartPage(_)) && !address.ip().is_loopback() {
         return Err(Failure::Input(format!(
-            "the start page opens files of this machine, so it is not served at {address}; give a FILE or DIR, or leave \
-             out --host"
+            "the start page opens files of this machine, so it is not served at {address}; give a FILE or DIR, or \
+             leave out --host"
         )));
     }
     if let Some(memory) = &mut memory {

@@ -745,8 +745,8 @@ byId("drawing").addEventListener("change", () => showDrawing(byId<HTMLInputEleme
 async function takeFile(file: File): Promise<void> {
   const says = (words: string) => tell(`${file.name}: ${words}`);
   if (!live()) return says("this is a finished run; open the scenario with “wireloom studio” to change it.");
-  if (isImported(file.name)) return says("a session has its harness: start “wireloom studio” alone, and drop the file on its page.");
-  const other = elsewhere(file.name);
+  if (isImported(file.name)) return says("a session has its harness: start “wireloom studio” alone and drop it there, or make a scenario of it with “wireloom import”.");
+  const other = elsewhere(file.name, "a scenario, a file that ends in .toml,");
   if (other !== null) return says(other);
   const read = await textOf(file, MOST);
   if ("fault" in read) return says(read.fault);

@@ -1,4 +1,4 @@
-// Generated from protocol.rs, protocol/start.rs, frame.rs and envelope.rs in crates/studio/src by a test:
+// Generated from protocol, frame and envelope in crates/studio/src by a test:
 // WIRELOOM_PROTOCOL=write cargo test -p wireloom-studio protocol
 
 export type Holding = "handle" | "pin" | "collar";

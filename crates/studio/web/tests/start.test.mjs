@@ -119,6 +119,7 @@ test("a new harness that nobody saved is offered by the next start page of the f
   await first.page.keyboard.press("Shift+ArrowUp");
   await first.page.waitForFunction(() => window.wireloom.store.session.unsaved);
   await quiet(first.page);
+  await first.page.waitForFunction(() => window.wireloom.store.document.text.includes("drag plug-B"));
   const text = await first.page.evaluate(() => window.wireloom.store.document.text);
   await first.stop();
   await first.page.waitForFunction(() => document.getElementById("link").textContent === "session ended");

@@ -1,6 +1,6 @@
 //! State that the studio keeps of a scenario between sessions: its port, so that open pages notice a new session, the
-//! unsaved draft, and when it was opened. One file for each scenario, readable by its user alone, in the system's folder
-//! for states of programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows
+//! unsaved draft, and when it was opened. One file for each scenario, readable by its user alone, in the folder that
+//! the system has for states of programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows
 //! `%LOCALAPPDATA%\wireloom`. The start page has a file for each folder in which it was started, with the draft of a
 //! session that has no file yet.
 

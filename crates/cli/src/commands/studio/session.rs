@@ -18,8 +18,8 @@ use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::server::{Backend, DraftOffer, Live};
 use wireloom_studio::{SessionFiles, SessionInput, Studio};
 
-/// The state that is kept of the scenario or folder; none, and why, where another studio has it open, or where it cannot
-/// be kept: the session works without.
+/// The state that is kept of the scenario or folder; none, and why, where another studio has it open, or where it
+/// cannot be kept: the session works without.
 pub fn remember(what: &Path) -> (Option<Memory>, Option<Failure>) {
     match Memory::of(what) {
         Ok(Some(memory)) => (Some(memory), None),
