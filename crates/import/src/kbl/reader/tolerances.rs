@@ -31,24 +31,25 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let kind = child_text(default, "Tolerance_type").unwrap_or(TYPES[1]);
             let Some(kind) = TYPES.iter().position(|known| *known == kind) else { continue };
             if let (Some(range), Some(limits)) = (self.range(default)?, self.limits(default)?) {
-                self.keep(default);
+                self.file.keep(default);
                 defaults[kind].push(Default { range, limits });
             }
         }
         let mut own: HashMap<usize, [f64; 2]> = HashMap::new();
         for dimension in children(root, "Dimension_specification") {
             let Some(limits) = self.limits(dimension)? else { continue };
-            let is_segment = |id: &str| self.ids.get(id).is_some_and(|node| node.name() == "Segment");
+            let is_segment = |id: &str| self.file.ids.get(id).is_some_and(|node| node.name() == "Segment");
             match words(dimension, "Segments").collect::<Vec<_>>().as_slice() {
                 [one] if index.contains_key(one) => {
                     own.insert(index[one], limits);
-                    self.keep(dimension);
+                    self.file.keep(dimension);
                 }
                 // One without wires of the chosen modules.
                 [one] if is_segment(one) => {
-                    self.left_out.insert(dimension.id());
+                    self.file.left_out.insert(dimension.id());
                 }
                 _ => self
+                    .file
                     .findings
                     .add_to("tolerances of dimensions that are not those of one segment; not used", title(dimension)),
             }
@@ -60,7 +61,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let Some(limits) = own.get(&k).copied().or_else(default) else { continue };
             segment.tolerance = deviations(limits, length);
             if segment.tolerance.is_none() {
-                self.findings.add_to("tolerances that leave no length; not used", &segment.id);
+                self.file.findings.add_to("tolerances that leave no length; not used", &segment.id);
             }
         }
         Ok(())
@@ -71,7 +72,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let Some(tolerance) = child(dimension, "Tolerance_indication") else { return Ok(None) };
         let mut limits = [None; 2];
         for (limit, name) in limits.iter_mut().zip(["Lower_limit", "Upper_limit"]) {
-            *limit = self.value_within(tolerance, name, Quantity::Length, [-LARGEST, LARGEST])?;
+            *limit = self.file.value_within(tolerance, name, Quantity::Length, [-LARGEST, LARGEST])?;
         }
         Ok((limits != [None; 2]).then(|| limits.map(Option::unwrap_or_default)))
     }
@@ -79,10 +80,12 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// The lengths to which a default applies, m; all of them if it gives no range, `None` if that cannot be used.
     fn range(&mut self, default: Xml<'a, 'i>) -> Result<Option<[f64; 2]>, ImportError> {
         let Some(range) = child(default, "Dimension_value_range") else { return Ok(Some([0.0, f64::INFINITY])) };
-        let unit = self.unit(range);
+        let unit = self.file.unit(range);
         let ends = ["Minimum", "Maximum"].map(|name| child(range, name));
         let (Some(unit), [Some(from), Some(to)]) = (unit.filter(|unit| unit.quantity == Quantity::Length), ends) else {
-            self.findings.add_to("default tolerances for a range without a unit of length; not used", title(default));
+            self.file
+                .findings
+                .add_to("default tolerances for a range without a unit of length; not used", title(default));
             return Ok(None);
         };
         Ok(Some([number(from, f64::MAX)? * unit.size, number(to, f64::MAX)? * unit.size]))

@@ -18,15 +18,21 @@ pub enum ImportError {
         /// Message of the parser.
         fault: String,
     },
-    /// The root element is not that of a KBL file.
-    #[error("{line}:{column}: the root element is `{found}`; a KBL file has `KBL_container` there")]
-    NotKbl {
+    /// The root element is not that of a file of the format.
+    #[error("{line}:{column}: the root element is `{found}`; a {format} file has `{expected}` there{help}")]
+    Root {
         /// Line.
         line: u32,
         /// Column.
         column: u32,
         /// Name of the root element.
         found: String,
+        /// The format.
+        format: &'static str,
+        /// Name of the root element of the format.
+        expected: &'static str,
+        /// The command that reads the file.
+        help: String,
     },
     /// An element lacks a required child or attribute.
     #[error("{line}:{column}: {element} has no `{missing}`; {right}")]
@@ -95,11 +101,24 @@ pub enum ImportError {
         node: String,
     },
     /// The file has no segments.
-    #[error("{line}:{column}: the file has no `Segment`: there is no topology to import (a KBL without geometry?)")]
+    #[error("{line}:{column}: the file has no `{element}`: there is no topology to import (a list of parts alone?)")]
     NoSegments {
         /// Line.
         line: u32,
         /// Column.
+        column: u32,
+        /// Element of a segment.
+        element: &'static str,
+    },
+    /// The file has a topology, and no geometry.
+    #[error(
+        "{line}:{column}: the file has no 3D geometry (GeometryNode3D), and does not say where its segments lie; as a \
+         harness on a board (--as board) their lengths are enough"
+    )]
+    NoGeometry {
+        /// Line of the first segment.
+        line: u32,
+        /// Column of the first segment.
         column: u32,
     },
     /// There is no module or variant of a name.

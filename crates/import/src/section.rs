@@ -1,6 +1,6 @@
 //! Sections from the wires and coverings of a segment, by the rule of [`wireloom_scenario::bundle`].
 //!
-//! KBL (like VEC) describes wires and coverings, not mechanics: it contains no EI, GJ or EA. What it states
+//! KBL and VEC describe wires and coverings, not mechanics: they contain no EI, GJ or EA. What they state
 //! of them (copper area, outside diameter, mass, bend radius; mass and sizes of tubes) is written into the scenario
 //! as types of its own. Each is *like* one of the library, which gives the other values:
 //!
@@ -81,6 +81,22 @@ pub(super) struct Makeup {
     pub wires: Vec<(usize, usize)>,
     /// Indices of types of coverings, from the inside, and the ten-thousandths of the branch that they cover.
     pub coverings: Vec<(usize, u32)>,
+    /// Least bend radius beside those of wires and coverings, µm.
+    pub bend_radius: Option<u64>,
+    /// Least bend radius while it moves, µm.
+    pub moving_bend_radius: Option<u64>,
+}
+
+impl Makeup {
+    /// A radius in µm.
+    pub fn micrometres(radius: f64) -> u64 {
+        (radius * 1e6).round() as u64
+    }
+
+    /// A radius of a make-up in mm, with its unit.
+    pub fn written(radius: u64) -> String {
+        with_unit(radius as f64 * 1e-6, "mm")
+    }
 }
 
 /// Ten-thousandths.
@@ -175,6 +191,10 @@ impl Types {
             covering.measured.linear_density = Some(density);
             keys.push(("linear_density", with_unit(density, "g/m")));
         }
+        if let Some(radius) = file.bend_radius {
+            covering.measured.min_bend_radius = Some(radius);
+            keys.push(("min_bend_radius", with_unit(radius, "mm")));
+        }
         findings.add_to(
             "coverings are replaced by those of the library (tapes by half lap unless they say otherwise), with the \
              file's masses and diameters",
@@ -212,7 +232,9 @@ impl Types {
             .iter()
             .map(|&(kind, parts)| Covered { covering: &self.coverings[kind].of_rule, fraction: fraction(parts) })
             .collect();
-        Bundle::new(&wires, &coverings, None, None)
+        let bundle = Bundle::new(&wires, &coverings, None, None);
+        let least = makeup.bend_radius.map_or(0.0, |radius| radius as f64 * 1e-6);
+        Bundle { min_bend_radius: bundle.min_bend_radius.max(least), ..bundle }
     }
 }
 
@@ -295,6 +317,7 @@ mod tests {
             outside_diameter: outside.map(|d| d * 1e-3),
             linear_density: density,
             bend_radius: None,
+            moving_bend_radius: None,
         }
     }
 
@@ -308,6 +331,7 @@ mod tests {
             linear_density: None,
             inner_diameter: inner,
             outer_diameter: outer,
+            bend_radius: None,
             from: at,
             to: at,
         }

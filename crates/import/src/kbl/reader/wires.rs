@@ -1,11 +1,9 @@
 //! Wires, and the segments through which they run.
 
-use super::{BEND_RADII, DIAMETERS, ImportError, Quantity, Reader, Route, Segment, Wire, Xml, children, title, words};
+use super::{ImportError, Quantity, Reader, Route, Segment, Xml, children, title, words};
+use crate::document::{BEND_RADII, DIAMETERS, Wire};
+use crate::wires;
 use std::collections::HashMap;
-use std::f64::consts::PI;
-
-/// kg/m³.
-const COPPER: f64 = 8960.0;
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
     /// The ways of all wires of the chosen modules.
@@ -13,17 +11,17 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         const OCCURRENCES: [&str; 3] = ["General_wire_occurrence", "Wire_occurrence", "Core_occurrence"];
         let mut routes = Vec::new();
         for routing in children(root, "Routing") {
-            let connection = self.target(routing, "Routed_wire");
-            let wire = connection.map(|own| self.target(own, "Wire").unwrap_or(own));
+            let connection = self.file.target(routing, "Routed_wire");
+            let wire = connection.map(|own| self.file.target(own, "Wire").unwrap_or(own));
             if wire.is_some_and(|wire| self.chosen.leaves_out(wire, connection)) {
-                self.left_out.insert(routing.id());
+                self.file.left_out.insert(routing.id());
                 continue;
             }
             let routed = ["Connection", OCCURRENCES[0], OCCURRENCES[1], OCCURRENCES[2]];
             let then = "its wire is not counted";
-            let Some(routed) = self.optional(routing, "Routed_wire", &routed, then) else { continue };
+            let Some(routed) = self.file.optional(routing, "Routed_wire", &routed, then) else { continue };
             let wire = if routed.name() == "Connection" {
-                self.optional(routed, "Wire", &OCCURRENCES, then)
+                self.file.optional(routed, "Wire", &OCCURRENCES, then)
             } else {
                 Some(routed)
             };
@@ -42,14 +40,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         segments: &mut [Segment],
         index: &HashMap<&'a str, usize>,
     ) -> Result<Vec<Wire>, ImportError> {
-        let mut wires = Vec::new();
+        let mut all = Vec::new();
         let mut seen: HashMap<&str, Vec<usize>> = HashMap::new();
         for Route { routing, wire, segments: route } in routes {
             let mut run = Vec::new();
             for reference in route {
                 match index.get(reference) {
                     Some(&segment) => run.push(segment),
-                    None => self.findings.add(format!(
+                    None => self.file.findings.add(format!(
                         "{} runs through segment `{reference}`, which is not in the file; left out",
                         title(routing)
                     )),
@@ -58,45 +56,32 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             let wire = self.jacketed(wire)?.unwrap_or(wire);
             let wire_id = wire.attribute("id").unwrap_or_default();
             if run.is_empty() {
-                self.findings.add_to("wires are routed through no segment; they are not counted", wire_id);
-                self.keep(routing);
+                self.file.findings.add_to("wires are routed through no segment; they are not counted", wire_id);
+                self.file.keep(routing);
                 continue;
             }
-            self.mark(routing);
-            let meet = |a: usize, b: usize| segments[a].ends.iter().any(|end| segments[b].ends.contains(end));
-            if run.windows(2).any(|pair| !meet(pair[0], pair[1])) {
-                self.findings.add_to(
-                    "wires run through segments that do not follow on one another; counted where they are",
-                    wire_id,
-                );
-            }
+            self.file.mark(routing);
             // One index for a wire or a cable with a jacket, several for a cable without that is routed as a whole.
             let strands = match seen.get(wire_id) {
                 Some(strands) => strands.clone(),
                 None => {
-                    let first = wires.len();
-                    wires.append(&mut self.read_wire(wire)?);
-                    let strands: Vec<usize> = (first..wires.len()).collect();
+                    let first = all.len();
+                    all.append(&mut self.read_wire(wire)?);
+                    let strands: Vec<usize> = (first..all.len()).collect();
                     seen.insert(wire_id, strands.clone());
                     strands
                 }
             };
-            for segment in run {
-                for &strand in &strands {
-                    if !segments[segment].wires.contains(&strand) {
-                        segments[segment].wires.push(strand);
-                    }
-                }
-            }
+            wires::run(segments, &run, &strands, wire_id, self.file.findings);
         }
-        Ok(wires)
+        Ok(all)
     }
 
     /// The cable with a jacket that an occurrence is, or in which it is a core. Such a cable counts whole, wherever one
     /// of its cores runs.
     fn jacketed(&mut self, wire: Xml<'a, 'i>) -> Result<Option<Xml<'a, 'i>>, ImportError> {
         let cable = if wire.name() == "Core_occurrence" { wire.parent() } else { Some(wire) };
-        let part = cable.and_then(|cable| self.target(cable, "Part")).filter(|part| part.name() == "General_wire");
+        let part = cable.and_then(|cable| self.file.target(cable, "Part")).filter(|part| part.name() == "General_wire");
         let Some(part) = part else { return Ok(None) };
         Ok(if self.jacket(part)?.is_some() { cable } else { None })
     }
@@ -109,7 +94,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         if let Some(known) = self.jackets.get(&cable.id()) {
             return Ok(*known);
         }
-        let found = self.value_within(cable, "Outside_diameter", Quantity::Length, DIAMETERS)?;
+        let found = self.file.value_within(cable, "Outside_diameter", Quantity::Length, DIAMETERS)?;
         self.jackets.insert(cable.id(), found);
         Ok(found)
     }
@@ -118,9 +103,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     fn read_wire(&mut self, occurrence: Xml<'a, 'i>) -> Result<Vec<Wire>, ImportError> {
         let id = occurrence.attribute("id").unwrap_or_default().to_owned();
         let then = "a wire of 0.5 mm² is taken";
-        let Some(part) = self.optional(occurrence, "Part", &["General_wire", "Core"], then) else {
-            let (copper_area, outside_diameter) = (None, None);
-            return Ok(vec![Wire { id, copper_area, outside_diameter, linear_density: None, bend_radius: None }]);
+        let Some(part) = self.file.optional(occurrence, "Part", &["General_wire", "Core"], then) else {
+            return Ok(vec![Wire::unknown(id)]);
         };
         let cores: Vec<Xml> = children(part, "Core").collect();
         if cores.is_empty() {
@@ -128,7 +112,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         }
         if let Some(outside) = self.jacket(part)? {
             let copper = self.copper(part)?;
-            let density = self.value(part, "Mass_information", Quantity::MassPerLength)?;
+            let density = self.file.value(part, "Mass_information", Quantity::MassPerLength)?;
             return Ok(vec![self.weighed(
                 id,
                 part,
@@ -146,7 +130,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             return Ok(*known);
         }
         let copper = self.copper(cable)?;
-        let density = self.value(cable, "Mass_information", Quantity::MassPerLength)?;
+        let density = self.file.value(cable, "Mass_information", Quantity::MassPerLength)?;
         let found = density.filter(|_| copper > 0.0).map(|density| density / copper);
         self.per_copper.insert(cable.id(), found);
         Ok(found)
@@ -156,7 +140,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     fn copper(&mut self, cable: Xml<'a, 'i>) -> Result<f64, ImportError> {
         let mut copper = 0.0;
         for core in children(cable, "Core") {
-            copper += self.value(core, "Cross_section_area", Quantity::Area)?.unwrap_or(0.0);
+            copper += self.file.value(core, "Cross_section_area", Quantity::Area)?.unwrap_or(0.0);
         }
         Ok(copper)
     }
@@ -164,12 +148,12 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// A `General_wire` without cores, or a `Core`. A core has the same fraction of its cable's mass as of the cable's
     /// copper: jacket and filler are divided likewise.
     fn read_wire_part(&mut self, id: String, part: Xml<'a, 'i>) -> Result<Wire, ImportError> {
-        let copper_area = self.value(part, "Cross_section_area", Quantity::Area)?;
+        let copper_area = self.file.value(part, "Cross_section_area", Quantity::Area)?;
         let linear_density = match part.parent().filter(|parent| parent.name() == "General_wire") {
-            None => self.value(part, "Mass_information", Quantity::MassPerLength)?,
+            None => self.file.value(part, "Mass_information", Quantity::MassPerLength)?,
             Some(cable) => self.mass_per_copper(cable)?.zip(copper_area).map(|(mass, area)| mass * area),
         };
-        let outside_diameter = self.value_within(part, "Outside_diameter", Quantity::Length, DIAMETERS)?;
+        let outside_diameter = self.file.value_within(part, "Outside_diameter", Quantity::Length, DIAMETERS)?;
         self.weighed(id, part, copper_area, outside_diameter, linear_density)
     }
 
@@ -182,39 +166,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         outside_diameter: Option<f64>,
         linear_density: Option<f64>,
     ) -> Result<Wire, ImportError> {
-        // Of a core it is a share in that of its cable, with jacket and filler.
-        let whole = outside_diameter.filter(|_| part.name() == "General_wire");
-        let solid = whole.map(|diameter| COPPER * 0.25 * PI * diameter.powi(2));
-        let mut linear_density = linear_density;
-        if let Some((density, solid)) = linear_density.zip(solid).filter(|(density, solid)| density > solid) {
-            self.findings.add(format!(
-                "{}: its mass is {:.1} g/m, and solid copper of its outside diameter would have {:.1} g/m; left out",
-                title(part),
-                1e3 * density,
-                1e3 * solid
-            ));
-            linear_density = None;
-        }
-        let wire = Wire {
-            id,
-            copper_area,
-            outside_diameter,
-            linear_density,
-            bend_radius: self.value_within(part, "Bend_radius", Quantity::Length, BEND_RADII)?,
-        };
-        let lacking: Vec<&str> = [
-            ("copper area", wire.copper_area),
-            ("outside diameter", wire.outside_diameter),
-            ("mass per length", wire.linear_density),
-            ("bend radius", wire.bend_radius),
-        ]
-        .iter()
-        .filter(|(_, value)| value.is_none())
-        .map(|(name, _)| *name)
-        .collect();
-        if !lacking.is_empty() {
-            self.findings.add_to(format!("wires without usable {}; estimated", lacking.join(", ")), title(part));
-        }
-        Ok(wire)
+        let bend_radius = self.file.value_within(part, "Bend_radius", Quantity::Length, BEND_RADII)?;
+        let wire = Wire { copper_area, outside_diameter, linear_density, bend_radius, ..Wire::unknown(id) };
+        Ok(wires::checked(wire, &title(part), part.name() == "Core", self.file.findings))
     }
 }

@@ -1,9 +1,7 @@
 //! Connectors and fixings on the topology.
 
-use super::{
-    Component, Fixing, ImportError, Placement, Quantity, Reader, Vector, Xml, child, child_text, children, number,
-    title, words,
-};
+use super::{ImportError, Quantity, Reader, Vector, Xml, around, child, child_text, children, number, title, words};
+use crate::document::{Component, Fixing, Placement};
 use std::collections::BTreeSet;
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
@@ -11,18 +9,18 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// component box); likewise its place and weight.
     pub(super) fn component(&mut self, component: Xml<'a, 'i>, reference: &str) -> Result<Component, ImportError> {
         let mut placement = None;
-        let within = || component.around();
+        let within = || around(component);
         for node in within() {
             placement = self.placement(node)?;
             if placement.is_some() {
                 break;
             }
         }
-        let part = self.target(component, "Part");
+        let part = self.file.target(component, "Part");
         let mass = match part {
             Some(part) if child(part, "Mass_information").is_some() => {
-                self.mark(part);
-                self.value(part, "Mass_information", Quantity::Mass)?
+                self.file.mark(part);
+                self.file.value(part, "Mass_information", Quantity::Mass)?
             }
             _ => None,
         };
@@ -40,7 +38,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     fn placement(&mut self, occurrence: Xml<'a, 'i>) -> Result<Option<Placement>, ImportError> {
         let Some(placement) = child(occurrence, "Placement") else { return Ok(None) };
         let then = "it has no drawn place";
-        let Some(point) = self.optional(placement, "Cartesian_point", &["Cartesian_point"], then) else {
+        let Some(point) = self.file.optional(placement, "Cartesian_point", &["Cartesian_point"], then) else {
             return Ok(None);
         };
         let mut axis = Vec::new();
@@ -55,19 +53,20 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let mut fixings = Vec::new();
         for assignment in children(segment, "Fixing_assignment") {
             let Some(at) = self.location(assignment, "Location", "Absolute_location")? else { continue };
-            let fixing = self.target(assignment, "Fixing");
+            let fixing = self.file.target(assignment, "Fixing");
             if fixing.is_none() {
-                self.findings
+                self.file
+                    .findings
                     .add_to("fixing assignments refer to no fixing of the file; held nevertheless", title(assignment));
             }
             if fixing.is_some_and(|fixing| self.chosen.leaves_out(fixing, None)) {
                 continue;
             }
             let own = assignment.attribute("id").unwrap_or("fixing");
-            let part = fixing.and_then(|fixing| self.target(fixing, "Part"));
+            let part = fixing.and_then(|fixing| self.file.target(fixing, "Part"));
             let kind = part.and_then(|part| child_text(part, "Fixing_type")).unwrap_or_default();
             if !kind.is_empty() {
-                part.into_iter().for_each(|part| self.mark(part));
+                part.into_iter().for_each(|part| self.file.mark(part));
             }
             fixings.push(Fixing {
                 id: own.to_owned(),
@@ -94,7 +93,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 let id = occurrence.attribute("id").unwrap_or_default();
                 if !assigned.contains(id) && !self.chosen.leaves_out(occurrence, None) {
                     let label = child_text(occurrence, "Id").unwrap_or(id);
-                    self.findings.add_to("fixings are assigned to no segment; left out", format!("{id} `{label}`"));
+                    self.file
+                        .findings
+                        .add_to("fixings are assigned to no segment; left out", format!("{id} `{label}`"));
                 }
             }
             for occurrence in children(harness, "Connector_occurrence") {
@@ -106,7 +107,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 let twin = child_text(occurrence, "Usage") == Some("ring terminal");
                 if !placed.contains(id) && !twin {
                     let label = child_text(occurrence, "Id").unwrap_or(id);
-                    self.findings.add_to("connectors sit at no node; left out", format!("{id} `{label}`"));
+                    self.file.findings.add_to("connectors sit at no node; left out", format!("{id} `{label}`"));
                 }
             }
         }

@@ -177,7 +177,7 @@ impl Holding<'_> {
                 frame: laid.curve.frame_along(seat.drawn_s, &seat.tangent),
                 mass: 0.0,
                 of: seat.fixing.of.clone(),
-                assignment: Some(seat.fixing.id.clone()),
+                assignment: self.document.format.is_written_back().then(|| seat.fixing.id.clone()),
                 remark: format!("{}: {}", segment.id, seat.fixing.id),
             });
         }

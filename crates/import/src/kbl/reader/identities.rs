@@ -1,52 +1,9 @@
 //! Part numbers and the like, components, and wires with their signals and cavities: what does not act is kept.
 
-use super::{Location, Reader, Xml, child, child_text, children, is_occurrence, words};
+use super::{Location, Reader, Xml, around, child, child_text, children, is_occurrence, words};
+use crate::document::{End, Listed, ListedPlace, Wiring};
 use std::collections::{HashMap, HashSet};
 use wireloom_core::identity::Identity;
-
-/// An occurrence of a part in the harness.
-pub struct Listed {
-    /// XML id.
-    pub id: String,
-    /// Readable `Id`.
-    pub label: String,
-    /// What it is, such as "cavity plug".
-    pub kind: String,
-    pub identity: Identity,
-    pub places: Vec<ListedPlace>,
-    /// Ids of its elements, by which nodes, segments and wires refer to it.
-    pub ids: Vec<String>,
-}
-
-/// Where an occurrence sits, by XML ids.
-pub enum ListedPlace {
-    Node(String),
-    Segment { id: String, from: Option<Location>, to: Option<Location> },
-    In { component: String, cavity: Option<String> },
-}
-
-/// End of a wire: the XML id of what it ends in, and part numbers.
-#[derive(Default)]
-pub struct End {
-    /// Ids of the connector's elements, the inner ones first.
-    pub within: Vec<String>,
-    pub cavity: Option<String>,
-    pub terminal: Option<String>,
-    pub seal: Option<String>,
-}
-
-/// A wire, or a core of a cable, with what it connects.
-pub struct Wiring {
-    /// Readable `Id` of the connection, or the XML id of the wire.
-    pub label: String,
-    pub signal: Option<String>,
-    /// Its number in the harness.
-    pub number: Option<String>,
-    pub identity: Identity,
-    pub ends: Vec<End>,
-    /// XML ids of its segments.
-    pub segments: Vec<String>,
-}
 
 /// Texts that stand for no value.
 const NOTHING: [&str; 3] = ["-", "NotDefined", "/OVMM"];
@@ -55,14 +12,9 @@ const NOTHING: [&str; 3] = ["-", "NotDefined", "/OVMM"];
 const WIRES: [&str; 4] = ["General_wire_occurrence", "Wire_occurrence", "Special_wire_occurrence", "Core_occurrence"];
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
-    /// Notes that an element is kept, though it does not act.
-    pub(super) fn keep(&mut self, node: Xml<'a, 'i>) {
-        self.kept.insert(node.id());
-    }
-
     /// Identity of a part of the file. A core of a cable has the part number of the cable.
     pub(super) fn identity(&mut self, part: Xml<'a, 'i>) -> Identity {
-        self.keep(part);
+        self.file.keep(part);
         if let Some(known) = self.identities.get(&part.id()) {
             return known.clone();
         }
@@ -81,8 +33,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Identity of the part of an occurrence, or of the occurrence that it is a part of.
     pub(super) fn identity_of(&mut self, occurrence: Xml<'a, 'i>) -> Identity {
-        for node in occurrence.around() {
-            let Some(part) = self.target(node, "Part").filter(|part| child(*part, "Part_number").is_some()) else {
+        for node in around(occurrence) {
+            let Some(part) = self.file.target(node, "Part").filter(|part| child(*part, "Part_number").is_some()) else {
                 continue;
             };
             return self.identity(part);
@@ -98,11 +50,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             if self.leaves_out(node) {
                 continue;
             }
-            self.keep(node);
+            self.file.keep(node);
             let ids: Vec<String> =
                 node.descendants().filter_map(|node| node.attribute("id")).map(str::to_owned).collect();
             let Some(id) = node.attribute("id").map(str::to_owned) else { continue };
-            let kind = node.name().trim_end_matches("_occurrence").replace('_', " ").to_lowercase();
+            let kind = match child_text(node, "Usage") {
+                Some("splice") => "splice".to_owned(),
+                _ => node.name().trim_end_matches("_occurrence").replace('_', " ").to_lowercase(),
+            };
             let mut own: Vec<ListedPlace> =
                 ids.iter().flat_map(|id| places.get(id.as_str()).into_iter().flatten()).map(Place::listed).collect();
             own.extend(within_another(node, self.holders(node)));
@@ -125,7 +80,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Occurrences of the part that a node stands in. What stands in an assembly is at each occurrence of it.
     fn holders(&self, node: Xml<'a, 'i>) -> &[Xml<'a, 'i>] {
-        let part = node.around().nth(1).and_then(|parent| parent.attribute("id"));
+        let part = around(node).nth(1).and_then(|parent| parent.attribute("id"));
         part.and_then(|id| self.occurrences.get(id)).map_or(&[], Vec::as_slice)
     }
 
@@ -139,13 +94,13 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let of = |id: Option<&str>| id.and_then(|id| segments.get(id)).cloned().unwrap_or_default();
         let (mut wiring, mut connected) = (Vec::new(), HashSet::new());
         for connection in children(root, "Harness").flat_map(|harness| children(harness, "Connection")) {
-            let wire = self.target(connection, "Wire");
+            let wire = self.file.target(connection, "Wire");
             if wire.is_some_and(|wire| self.chosen.leaves_out(wire, Some(connection))) {
                 connected.extend(wire.map(|wire| wire.id()));
-                self.left_out.insert(connection.id());
+                self.file.left_out.insert(connection.id());
                 continue;
             }
-            self.keep(connection);
+            self.file.keep(connection);
             let id = connection.attribute("id");
             let mut run = of(id);
             if run.is_empty() {
@@ -178,23 +133,23 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Number and identity of a wire or core.
     fn wire(&mut self, wire: Xml<'a, 'i>) -> (Option<String>, Identity) {
-        self.keep(wire);
+        self.file.keep(wire);
         // A core stands in its cable.
-        wire.parent().into_iter().for_each(|parent| self.keep(parent));
+        wire.parent().into_iter().for_each(|parent| self.file.keep(parent));
         let number = child_text(wire, "Wire_number").or_else(|| child_text(wire, "Special_wire_id"));
-        let part = self.target(wire, "Part");
+        let part = self.file.target(wire, "Part");
         (number.map(str::to_owned), part.map(|part| self.identity(part)).unwrap_or_default())
     }
 
     fn end(&mut self, extremity: Xml<'a, 'i>) -> End {
         let mut end = End::default();
-        let Some(contact) = self.target(extremity, "Contact_point") else { return end };
-        end.within = contact.around().filter_map(|node| node.attribute("id")).map(str::to_owned).collect();
-        let cavity = self.target(contact, "Contacted_cavity");
+        let Some(contact) = self.file.target(extremity, "Contact_point") else { return end };
+        end.within = around(contact).filter_map(|node| node.attribute("id")).map(str::to_owned).collect();
+        let cavity = self.file.target(contact, "Contacted_cavity");
         end.cavity = cavity.and_then(|cavity| self.cavity_number(cavity));
         let parts = child_text(contact, "Associated_parts").unwrap_or_default();
         for occurrence in
-            parts.split_whitespace().filter_map(|reference| self.ids.get(reference).copied()).collect::<Vec<_>>()
+            parts.split_whitespace().filter_map(|reference| self.file.ids.get(reference).copied()).collect::<Vec<_>>()
         {
             let number = self.identity_of(occurrence).part;
             if occurrence.name() == "Cavity_seal_occurrence" {
@@ -208,7 +163,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Number of a cavity of a connector, which stands in the housing's part.
     fn cavity_number(&self, cavity: Xml<'a, 'i>) -> Option<String> {
-        let part = self.target(cavity, "Part")?;
+        let part = self.file.target(cavity, "Part")?;
         child_text(part, "Cavity_number").map(str::to_owned)
     }
 }

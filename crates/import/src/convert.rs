@@ -54,7 +54,7 @@ pub(super) fn convert(
             }
             Branch {
                 name: branch_names[index].clone(),
-                segment: segment.id.clone(),
+                segment: document.format.is_written_back().then(|| segment.id.clone()),
                 ends: segment.ends,
                 section: section_of[index],
                 length: laid[index].length,

@@ -3,10 +3,11 @@
 use super::assembly::{self, Assembly};
 use super::board::{self, Board, Peg};
 use super::curve::Vector;
+use super::document::Format;
 use super::findings::Findings;
 use super::harness::{Branch, Constraint, Harness, Place, Role, Section};
 use super::options::{Arrangement, Options, Source};
-use super::section::{self, Types};
+use super::section::{self, Makeup, Types};
 use super::tree::Tree;
 use super::usage::Usage;
 use nalgebra::UnitQuaternion;
@@ -70,13 +71,19 @@ fn fraction(value: f64) -> String {
 }
 
 /// Writes the scenario. Writing into a `String` cannot fail, hence the dropped results.
-pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], findings: &mut Findings) -> String {
+pub(super) fn scenario(
+    harness: &Harness,
+    format: &Format,
+    options: &Options,
+    usage: &[Usage],
+    findings: &mut Findings,
+) -> String {
     let tree = Tree::new(harness);
     let board = (options.arrangement != Arrangement::Installed)
         .then(|| board::lay(harness, &tree, options.memory_of_board(), findings));
     let mut out = String::new();
-    header(&mut out, harness, options);
-    if let Some(Source { name, sha256 }) = &options.file {
+    header(&mut out, harness, format, options);
+    if let (Some(Source { name, sha256 }), true) = (&options.file, format.is_written_back()) {
         let _ = writeln!(out, "\n# The KBL file, into which `wireloom export kbl` writes results back.\n[kbl]");
         let _ = writeln!(out, "file = {}\nsha256 = {}", quoted(name), quoted(sha256));
     }
@@ -94,7 +101,7 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
         let _ = writeln!(out, "from = {}\nto = {}", quoted(name_of(branch.ends[0])), quoted(name_of(branch.ends[1])));
         let _ = writeln!(out, "section = {}", quoted(&harness.sections[branch.section].name));
         let _ = writeln!(out, "length = {}", significant(branch.length, 9));
-        write_text(&mut out, "kbl", Some(&branch.segment));
+        write_text(&mut out, "kbl", branch.segment.as_deref());
         if options.accuracy.is_none() {
             let _ = writeln!(out, "max_segment = \"{} mm\"", significant(options.max_segment * 1e3, 9));
         }
@@ -158,8 +165,9 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
     write_tolerances(&mut out, harness);
     let _ = writeln!(
         out,
-        "\n# Elements of the KBL file: those that the computation depends on, those that are named here and do not \
-         act, those\n# of other modules, and those that are not read."
+        "\n# Elements of the {} file: those that the computation depends on, those that are named here and do not \
+         act, those\n# of other modules, and those that are not read.",
+        format.name()
     );
     for Usage { kind, total, used, kept, left_out, not_read } in usage {
         let _ = writeln!(
@@ -169,7 +177,7 @@ pub(super) fn scenario(harness: &Harness, options: &Options, usage: &[Usage], fi
         );
     }
     if !findings.list.is_empty() {
-        let _ = writeln!(out, "\n# Irregularities of the KBL file, and their treatment:");
+        let _ = writeln!(out, "\n# Irregularities of the {} file, and their treatment:", format.name());
         for finding in &findings.list {
             let _ = writeln!(out, "# - {}", comment(&finding.to_string()));
         }
@@ -314,6 +322,13 @@ fn write_section(out: &mut String, section: &Section, types: &Types) {
     let coverings: Vec<String> = coverings.collect();
     if !coverings.is_empty() {
         let _ = writeln!(out, "covering = [{}]", coverings.join(", "));
+    }
+    // It replaces the one by the rule, which is larger where the file asks for less.
+    let radius = section.makeup.bend_radius.map(|_| Makeup::micrometres(types.bundle(&section.makeup).min_bend_radius));
+    for (key, radius) in [("min_bend_radius", radius), ("min_bend_radius_moving", section.makeup.moving_bend_radius)] {
+        if let Some(radius) = radius {
+            let _ = writeln!(out, "{key} = {}", Makeup::written(radius));
+        }
     }
 }
 
@@ -506,17 +521,20 @@ fn write_weights(out: &mut String, harness: &Harness) {
     }
 }
 
-fn header(out: &mut String, harness: &Harness, options: &Options) {
-    out.push_str(
-        "# Made from a KBL file (VDA 4964) by wireloom-import. SI units: m, kg, N, N m².
+fn header(out: &mut String, harness: &Harness, format: &Format, options: &Options) {
+    let [built, drawn] = format.lengths();
+    let _ = writeln!(
+        out,
+        "# Made from a {} by wireloom-import. SI units: m, kg, N, N m².
 #
-# Lengths: Physical_length where the file gives it, else Virtual_length, which is that of the drawn curve.
+# Lengths: {built} where the file gives it, else {drawn}, which is that of the drawn curve.
 # Paths: from `from` to `to`; branches are straight at rest.
-# KBL contains no stiffness. Sections follow from their wires and coverings by the rule of the library, with a factor of
+# {} contains no stiffness. Sections follow from their wires and coverings by the rule of the library, with a factor of
 # about two of uncertainty in bending; `wireloom check` prints the values and bounds. Where it matters, write measured
 # values (bending_stiffness, torsion_stiffness, …) beside the wires: they take precedence over the rule.
-# Joints: two arms are coupled by their common wires: share = Σ common EI / Σ EI of the wires of the arm named first.
-",
+# Joints: two arms are coupled by their common wires: share = Σ common EI / Σ EI of the wires of the arm named first.",
+        format.title(),
+        format.name()
     );
     let _ = match options.arrangement {
         Arrangement::Installed => writeln!(

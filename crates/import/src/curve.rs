@@ -27,9 +27,21 @@ const LEAST_STEPS: usize = 8;
 pub(super) struct Polygon {
     pub degree: usize,
     pub points: Vec<Vector>,
+    /// Where the file gives knots: one more than degree and points together, none less than the one before, and those
+    /// of the curve itself, from number `degree` to number `points`, not all equal.
+    pub knots: Option<Vec<f64>>,
+    /// Where the curve is rational: one for each point, above zero.
+    pub weights: Option<Vec<f64>>,
 }
 
-/// The two interpretations of a KBL curve, which has no knots. The schema says "uniform", with knots of multiplicity 1;
+impl Polygon {
+    /// A curve as KBL gives it.
+    pub fn without_knots(degree: usize, points: Vec<Vector>) -> Self {
+        Self { degree, points, knots: None, weights: None }
+    }
+}
+
+/// The two interpretations of a curve without knots, as in KBL. The schema says "uniform", with knots of multiplicity 1;
 /// its implementation guideline allows both, as both are in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Knots {
@@ -53,15 +65,24 @@ impl Knots {
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     degree: usize,
+    /// Of a rational curve times their weights.
     points: Vec<Vector>,
+    /// Of a rational curve, as first components.
+    weights: Option<Vec<Vector>>,
     knots: Vec<f64>,
     reversed: bool,
 }
 
 impl Piece {
     pub fn new(polygon: &Polygon, reading: Knots) -> Self {
-        let knots = reading.of(polygon.degree, polygon.points.len());
-        Self { degree: polygon.degree, points: polygon.points.clone(), knots, reversed: false }
+        let Polygon { degree, points, knots, weights } = polygon;
+        let knots = knots.clone().unwrap_or_else(|| reading.of(*degree, points.len()));
+        let mut points = points.clone();
+        let weights = weights.as_ref().map(|weights| {
+            points.iter_mut().zip(weights).for_each(|(point, weight)| *point *= *weight);
+            weights.iter().map(|weight| Vector::x() * *weight).collect()
+        });
+        Self { degree: *degree, points, weights, knots, reversed: false }
     }
 
     fn steps(&self) -> usize {
@@ -73,30 +94,45 @@ impl Piece {
 
     /// Knot parameter of t ∈ [0, 1] along the traversed piece.
     fn parameter(&self, t: f64) -> f64 {
-        let (first, last) = (self.degree as f64, self.points.len() as f64);
+        let (first, last) = (self.knots[self.degree], self.knots[self.points.len()]);
         first + (last - first) * if self.reversed { 1.0 - t } else { t }
     }
 
+    /// c = A / w, where A and w are the splines of the weighted points and of the weights (Piegl and Tiller 1997,
+    /// eq. 4.1).
     pub fn point(&self, t: f64) -> Vector {
-        de_boor(self.degree, &self.points, &self.knots, self.parameter(t))
+        let of = |points: &[Vector]| de_boor(self.degree, points, &self.knots, self.parameter(t));
+        self.weights.as_ref().map_or_else(|| of(&self.points), |weights| of(&self.points) / of(weights).x)
     }
 
-    /// Direction of travel, not normalised.
+    /// Direction of travel, not normalised: c' = (A' − w' c) / w (eq. 4.8).
+    fn derivative(&self, t: f64) -> Vector {
+        let d = self.derivative_of(&self.points, t);
+        let d = match &self.weights {
+            Some(weights) => {
+                let weight = de_boor(self.degree, weights, &self.knots, self.parameter(t)).x;
+                (d - self.point(t) * self.derivative_of(weights, t).x) / weight
+            }
+            None => d,
+        };
+        if self.reversed { -d } else { d }
+    }
+
+    /// Derivative of a spline on the knots of the piece with these control points, by the knot parameter.
     ///
     /// c'(u) is the spline of degree p − 1 on the inner knots with the control points
     /// `p (P_{i+1} − P_i) / (u_{i+p+1} − u_{i+1})` (de Boor 1978; Piegl and Tiller 1997, eq. 3.8).
-    fn derivative(&self, t: f64) -> Vector {
+    fn derivative_of(&self, points: &[Vector], t: f64) -> Vector {
         let parameter = self.parameter(t);
         // The knot span alone: p + 1 control points and the knots around them.
-        let (p, k) = (self.degree, span(self.degree, self.points.len(), &self.knots, parameter));
+        let (p, k) = (self.degree, span(self.degree, points.len(), &self.knots, parameter));
         let u = &self.knots[k - p..=k + p + 1];
-        let points: Vec<Vector> = self.points[k - p..=k]
+        let points: Vec<Vector> = points[k - p..=k]
             .windows(2)
             .enumerate()
             .map(|(i, w)| (w[1] - w[0]) * (p as f64 / (u[i + p + 1] - u[i + 1])))
             .collect();
-        let d = de_boor(p - 1, &points, &u[1..u.len() - 1], parameter);
-        if self.reversed { -d } else { d }
+        de_boor(p - 1, &points, &u[1..u.len() - 1], parameter)
     }
 }
 
@@ -120,9 +156,13 @@ pub(super) fn blossom(p: usize, points: &[Vector], knots: &[f64], k: usize, u: i
 }
 
 /// The knot span k of a parameter: `u_k ≤ u < u_{k+1}`, among those of a spline of degree `p` with `points` control
-/// points.
+/// points; at its end the last one that is not empty.
 pub(super) fn span(p: usize, points: usize, knots: &[f64], u: f64) -> usize {
-    p + knots[p + 1..points].partition_point(|knot| *knot <= u)
+    let mut k = p + knots[p + 1..points].partition_point(|knot| *knot <= u);
+    while k > p && knots[k] >= knots[k + 1] {
+        k -= 1;
+    }
+    k
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -270,7 +310,9 @@ impl Curve {
             return (Self::straight(from, to), Fit::Absent);
         }
         let mut chains = Vec::new();
-        for reading in [Knots::Uniform, Knots::Clamped] {
+        // Curves with knots of their own are the same with both.
+        let open = polygons.iter().any(|polygon| polygon.knots.is_none());
+        for &reading in if open { &[Knots::Uniform, Knots::Clamped][..] } else { &[Knots::Clamped] } {
             for first_reversed in [false, true] {
                 let chain = Chain::new(polygons, reading, first_reversed);
                 chains.push(chain.backwards());
@@ -318,7 +360,7 @@ impl Curve {
     }
 
     fn straight(from: Vector, to: Vector) -> Self {
-        let piece = Piece::new(&Polygon { degree: 1, points: vec![from, to] }, Knots::Clamped);
+        let piece = Piece::new(&Polygon::without_knots(1, vec![from, to]), Knots::Clamped);
         let chain = Chain::tabulated(Knots::Clamped, vec![piece], 0.0);
         let length = chain.length();
         Self { chain, first: 0.0, length, shift: [Vector::zeros(); 2] }
@@ -415,7 +457,7 @@ mod tests {
                 a + b * e1 + c * e2
             })
             .collect();
-        Polygon { degree: 6, points }
+        Polygon::without_knots(6, points)
     }
 
     fn parabola() -> (Polygon, Vector, Vector) {
@@ -456,7 +498,7 @@ mod tests {
     fn the_clamped_reading_is_kept_where_it_meets() {
         let points: Vec<Vector> = (0..7).map(|i| Vector::new(i as f64 / 6.0, 0.1 * (i % 2) as f64, 0.0)).collect();
         let (from, to) = (points[0], points[6]);
-        let (curve, fit) = Curve::lay(&[Polygon { degree: 6, points }], from, to, None);
+        let (curve, fit) = Curve::lay(&[Polygon::without_knots(6, points)], from, to, None);
         assert!(matches!(fit, Fit::Meets { miss } if miss < 1e-12));
         // Bernstein: c(½) = Σ binom(6, i) P_i / 64; the odd points carry 0.1 · 32/64.
         let middle = curve.chain.pieces[0].point(0.5);

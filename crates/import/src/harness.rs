@@ -35,8 +35,8 @@ pub(super) struct Section {
 
 pub(super) struct Branch {
     pub name: String,
-    /// XML id of its segment.
-    pub segment: String,
+    /// XML id of its segment, if results are written back into the file.
+    pub segment: Option<String>,
     /// Indices of its first and last vertex.
     pub ends: [usize; 2],
     /// Index of the section.
@@ -112,7 +112,7 @@ pub(super) struct Constraint {
     pub mass: f64,
     /// XML id of the connector or fixing; `None` where the file has none there.
     pub of: Option<String>,
-    /// XML id of the assignment of a fixing.
+    /// XML id of the assignment of a fixing, if results are written back into the file.
     pub assignment: Option<String>,
     pub remark: String,
 }

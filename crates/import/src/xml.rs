@@ -1,6 +1,6 @@
 //! The XML of a file, with a record of the elements that are read.
 
-use crate::kbl::error::ImportError;
+use super::error::ImportError;
 use roxmltree::NodeId;
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -23,7 +23,12 @@ pub struct Read {
     nodes: Vec<Cell<bool>>,
     /// The whole text of elements in which comments or processing instructions divide it.
     divided: HashMap<NodeId, String>,
+    /// Whether the class of an element is its `xsi:type`.
+    typed: bool,
 }
+
+/// Namespace of the attribute `type` that gives the class of an element.
+const INSTANCE: &str = "http://www.w3.org/2001/XMLSchema-instance";
 
 impl Read {
     /// Of a file of which nothing is read yet.
@@ -38,7 +43,12 @@ impl Read {
             .filter(|node| node.is_element() && node.children().any(divides))
             .map(|node| (node.id(), whole(node)))
             .collect();
-        Self { nodes: file.root().descendants().map(|_| Cell::new(false)).collect(), divided }
+        Self { nodes: file.root().descendants().map(|_| Cell::new(false)).collect(), divided, typed: false }
+    }
+
+    /// Likewise, of a file whose elements have classes beside their names.
+    pub fn with_classes(file: &roxmltree::Document) -> Self {
+        Self { typed: true, ..Self::nothing_of(file) }
     }
 }
 
@@ -57,6 +67,12 @@ impl<'a, 'i> Xml<'a, 'i> {
         self.node.tag_name().name()
     }
 
+    /// Its class: the one that it states, if the format has classes, or else its name.
+    pub fn class(self) -> &'a str {
+        let stated = || self.node.attribute((INSTANCE, "type")).filter(|_| self.read.typed);
+        stated().map_or(self.name(), |class| class.rsplit(':').next().unwrap_or(class))
+    }
+
     pub fn parent(self) -> Option<Self> {
         self.node.parent().map(|node| self.with(node))
     }
@@ -64,11 +80,6 @@ impl<'a, 'i> Xml<'a, 'i> {
     /// Itself, and all around it.
     pub fn ancestors(self) -> impl Iterator<Item = Self> + Clone + use<'a, 'i> {
         self.node.ancestors().map(move |node| self.with(node))
-    }
-
-    /// Itself, and what it stands in, below the harness and the container.
-    pub fn around(self) -> impl Iterator<Item = Self> + Clone + use<'a, 'i> {
-        self.ancestors().take_while(|node| !["Harness", "KBL_container"].contains(&node.name()))
     }
 
     /// The elements in it.
@@ -79,6 +90,12 @@ impl<'a, 'i> Xml<'a, 'i> {
     /// Itself, and all elements within it, in the order of the file.
     pub fn descendants(self) -> impl Iterator<Item = Self> + Clone + use<'a, 'i> {
         self.node.descendants().filter(roxmltree::Node::is_element).map(move |node| self.with(node))
+    }
+
+    /// Itself, recorded as read.
+    pub fn seen(self) -> Self {
+        self.read.nodes[self.node.id().get_usize()].set(true);
+        self
     }
 
     pub fn is_read(self) -> bool {
@@ -94,8 +111,8 @@ impl<'a, 'i> Deref for Xml<'a, 'i> {
     }
 }
 
-/// The XML of a KBL file.
-pub fn xml(text: &str) -> Result<roxmltree::Document<'_>, ImportError> {
+/// The XML of a file with this root element.
+pub fn xml<'t>(text: &'t str, format: &'static Root) -> Result<roxmltree::Document<'t>, ImportError> {
     if let Some((at, _)) = text.match_indices("xmlns").nth(NAMESPACES) {
         let (line, column) = place(&Places::of(text), at);
         return Err(ImportError::Xml { line, column, fault: format!("it declares more than {NAMESPACES} namespaces") });
@@ -105,13 +122,34 @@ pub fn xml(text: &str) -> Result<roxmltree::Document<'_>, ImportError> {
         ImportError::Xml { line: at.row, column: at.col, fault: fault.to_string() }
     })?;
     let root = xml.root_element();
-    if root.tag_name().name() != "KBL_container" {
-        let at = xml.text_pos_at(root.range().start);
-        let found = root.tag_name().name().to_owned();
-        return Err(ImportError::NotKbl { line: at.row, column: at.col, found });
+    let found = root.tag_name().name();
+    if found == format.element {
+        return Ok(xml);
     }
-    Ok(xml)
+    let at = xml.text_pos_at(root.range().start);
+    let other = ROOTS.iter().find(|other| other.element == found);
+    let help = other.map(|other| format!("; `wireloom import {}` reads {} files", other.command, other.format));
+    Err(ImportError::Root {
+        line: at.row,
+        column: at.col,
+        found: found.to_owned(),
+        format: format.format,
+        expected: format.element,
+        help: help.unwrap_or_default(),
+    })
 }
+
+/// The root element of a format.
+pub struct Root {
+    pub format: &'static str,
+    pub element: &'static str,
+    /// Name of the format on the command line.
+    command: &'static str,
+}
+
+pub const KBL: Root = Root { format: "KBL", element: "KBL_container", command: "kbl" };
+pub const VEC: Root = Root { format: "VEC", element: "VecContent", command: "vec" };
+const ROOTS: [Root; 2] = [KBL, VEC];
 
 pub fn position(node: Xml) -> (u32, u32) {
     let at = node.document().text_pos_at(node.range().start);
@@ -127,7 +165,7 @@ pub fn place(places: &Places<'_>, at: usize) -> (u32, u32) {
 /// The elements of a name in a node.
 pub fn children<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> impl Iterator<Item = Xml<'a, 'i>> + use<'a, 'i> {
     let found = node.elements().filter(move |child| child.name() == name);
-    found.inspect(|child| child.read.nodes[child.id().get_usize()].set(true))
+    found.map(Xml::seen)
 }
 
 pub fn child<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> Option<Xml<'a, 'i>> {
@@ -149,25 +187,51 @@ pub fn words<'a, 'i>(node: Xml<'a, 'i>, name: &'static str) -> impl Iterator<Ite
     children(node, name).filter_map(text).flat_map(str::split_whitespace)
 }
 
-/// Element name and id, for findings and errors.
+/// Class and id of an element, for findings and errors.
 pub fn title(node: Xml) -> String {
     match node.attribute("id") {
-        Some(id) => format!("{} `{id}`", node.name()),
-        None => format!("{} (without id)", node.name()),
+        Some(id) => format!("{} `{id}`", node.class()),
+        None => format!("{} (without id)", node.class()),
     }
 }
 
-pub fn is_occurrence(node: &Xml) -> bool {
-    node.name().ends_with("_occurrence")
-}
-
-/// Occurrences of parts, by the ids of these.
-pub fn occurrences<'a, 'i>(root: Xml<'a, 'i>) -> HashMap<&'a str, Vec<Xml<'a, 'i>>> {
-    let mut of: HashMap<&str, Vec<Xml>> = HashMap::new();
-    for node in root.descendants().filter(is_occurrence) {
-        if let Some(part) = child_text(node, "Part") {
-            of.entry(part).or_default().push(node);
+/// The elements by their ids, which differ.
+pub fn ids<'a, 'i>(root: Xml<'a, 'i>) -> Result<HashMap<&'a str, Xml<'a, 'i>>, ImportError> {
+    let mut ids: HashMap<&str, Xml> = HashMap::new();
+    for node in root.descendants() {
+        if let Some(id) = node.attribute("id")
+            && let Some(first) = ids.insert(id, node)
+        {
+            let ((line, column), (first_line, _)) = (position(node), position(first));
+            return Err(ImportError::DuplicateId { line, column, id: id.to_owned(), first_line });
         }
     }
-    of
+    Ok(ids)
+}
+
+/// The id of an element that others refer to.
+pub fn id(node: Xml) -> Result<String, ImportError> {
+    node.attribute("id").map(str::to_owned).ok_or_else(|| missing(node, "id", "every node and segment needs one"))
+}
+
+pub fn missing(node: Xml, what: &str, right: &str) -> ImportError {
+    missing_at(position(node), node, what, right)
+}
+
+pub fn missing_at((line, column): (u32, u32), node: Xml, what: &str, right: &str) -> ImportError {
+    ImportError::Missing { line, column, element: title(node), missing: what.to_owned(), right: right.to_owned() }
+}
+
+/// The number in an element: finite, no larger than `largest` in size.
+pub fn number(node: Xml, largest: f64) -> Result<f64, ImportError> {
+    let found = text(node).unwrap_or_default();
+    match found.parse::<f64>() {
+        Ok(value) if value.is_finite() && value.abs() <= largest => Ok(value),
+        _ => {
+            let (line, column) = position(node);
+            let element = node.name().to_owned();
+            let expected = format!("a finite decimal number of size {largest:e} or less");
+            Err(ImportError::Number { line, column, element, found: found.to_owned(), expected })
+        }
+    }
 }

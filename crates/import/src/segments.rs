@@ -41,14 +41,15 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
                 findings.add_to("segments without usable centre curve; straight from node to node", &segment.id);
             }
             let length = stated.unwrap_or_else(|| {
+                let [built, drawn] = document.format.lengths();
                 findings.add_to(
-                    "no usable Virtual_length or Physical_length; the length of the drawn line is taken",
+                    format!("no usable {drawn} or {built}; the length of the drawn line is taken"),
                     &segment.id,
                 );
                 // Nodes at one point and no curve: the length must be above zero.
                 curve.length.max(NODE_TOLERANCE)
             });
-            note_length(segment, (to - from).norm(), length, &curve, &fit, findings);
+            note_length(document, segment, (to - from).norm(), length, &curve, &fit, findings);
             if matches!(fit, Fit::Meets { .. } | Fit::Cut { .. }) && stated.is_some() {
                 arcs += curve.length;
                 lengths += length;
@@ -66,7 +67,14 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
                 *counts.entry(wires[wire]).or_default() += 1;
             }
             let wires = counts.into_iter().collect();
-            let makeup = Makeup { wires, coverings: coverings(segment, length, types, findings) };
+            let moving = segment.wires.iter().filter_map(|&wire| document.wires[wire].moving_bend_radius);
+            let moving = moving.chain(segment.moving_bend_radius).max_by(f64::total_cmp);
+            let makeup = Makeup {
+                wires,
+                coverings: coverings(segment, length, types, findings),
+                bend_radius: segment.bend_radius.map(Makeup::micrometres),
+                moving_bend_radius: moving.map(Makeup::micrometres),
+            };
             let bundle = types.bundle(&makeup);
             for (kind, _) in &makeup.coverings {
                 let tube = &types.coverings[*kind];
@@ -120,14 +128,23 @@ fn note_fit(segment: &Segment, curve: &Curve, fit: &Fit, findings: &mut Findings
 }
 
 /// Reports lengths that differ from each other or from the drawing by more than 1 % and the tolerance.
-fn note_length(segment: &Segment, chord: f64, length: f64, curve: &Curve, fit: &Fit, findings: &mut Findings) {
+fn note_length(
+    document: &Document,
+    segment: &Segment,
+    chord: f64,
+    length: f64,
+    curve: &Curve,
+    fit: &Fit,
+    findings: &mut Findings,
+) {
     let id = &segment.id;
     let differ = |a: f64, b: f64| (a - b).abs() > NODE_TOLERANCE.max(0.01 * b);
     if let (Some(physical), Some(drawn)) = (segment.physical_length, segment.virtual_length)
         && differ(physical, drawn)
     {
+        let [of_built, of_drawn] = document.format.lengths();
         findings.add_to(
-            "Physical_length (taken) and Virtual_length differ",
+            format!("{of_built} (taken) and {of_drawn} differ"),
             format!("{id} ({:.1} and {:.1} mm)", physical * 1e3, drawn * 1e3),
         );
     }
@@ -149,7 +166,7 @@ fn note_length(segment: &Segment, chord: f64, length: f64, curve: &Curve, fit: &
 fn stand_in(area: Option<f64>, types: &mut Types, findings: &mut Findings) -> (usize, usize) {
     const DIAMETER: f64 = 1.6e-3;
     let (id, copper_area, outside_diameter) = (String::new(), Some(0.5e-6), Some(DIAMETER));
-    let wire = Wire { id, copper_area, outside_diameter, linear_density: None, bend_radius: None };
+    let wire = Wire { copper_area, outside_diameter, ..Wire::unknown(id) };
     let one = 0.25 * PI * DIAMETER * DIAMETER;
     let count = (area.unwrap_or(one) * PACKING / one).round().clamp(1.0, 1000.0) as usize;
     (types.wire(&wire, findings), count)
