@@ -2,6 +2,7 @@
 //!
 //! - [`kbl`]: KBL (*Kabelbaumliste*, VDA recommendation 4964), the list of parts, wires, topology and centre
 //!   curves that harness design tools exchange.
+//! - [`vec`]: VEC (*Vehicle Electric Container*, VDA recommendation 4968), its successor.
 //!
 //! The flow of a file: the `reader` of its format (XML to plain values in SI, `document`; `xml`, `elements`: what both
 //! readers do with elements) → `convert` (branches, joints; `segments`: centre lines from `curve`, make-up from
@@ -10,6 +11,7 @@
 //! differs; `kbl/fit` makes the curves.
 
 pub mod kbl;
+pub mod vec;
 
 mod anatomy;
 mod assembly;
