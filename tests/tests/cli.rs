@@ -53,7 +53,6 @@ fn main() -> ExitCode {
         ("models lists every kind of the registry", models),
         ("explain says what a key means", explain),
         ("a KBL file becomes a scenario that converges", import_small),
-        ("a VEC file becomes the scenario of the same harness as KBL", import_vec),
         ("bench --json has the promised form", bench),
     ];
     trials.extend(own.into_iter().map(|(name, check)| Trial::test(name, check)));
@@ -826,42 +825,6 @@ fn import_small() -> Checked {
     place.file("not.kbl", "<other/>")?;
     let ended = place.run(&["import", "kbl", "not.kbl"])?.expect(1)?;
     ensure(ended.err.starts_with("error: not.kbl cannot be imported: 1:1: "), &ended)
-}
-
-fn import_vec() -> Checked {
-    let place = Place::new()?;
-    let file = |name: &str| root().join("crates/import/tests").join(name).to_string_lossy().into_owned();
-    let (vec, kbl) = (file("small.vec"), file("small.kbl"));
-    let ended = place.run(&["import", "vec", &vec, "-o", "s.toml", "--spacing", "5 mm"])?.expect(0)?;
-    ensure(ended.out.starts_with("wrote s.toml ("), &ended)?;
-    let (found, table) = ended.err.split_once("element of the file ").ok_or("no table of the elements")?;
-    ensure(found.lines().all(|line| line.starts_with("found: ")), &ended)?;
-    ensure(table.contains("OnPointPlacement "), &ended)?;
-    place.run(&["run", "s.toml", "--out", "o"])?.expect(0)?;
-    place.run(&["import", "kbl", &kbl, "-o", "k.toml", "--spacing", "5 mm"])?.expect(0)?;
-    let lines = |name: &str| -> Result<Vec<String>, String> {
-        let text = fs::read_to_string(place.path(name)).map_err(|error| error.to_string())?;
-        let begin = text.find("[[branches]]").ok_or("no branches")?;
-        let end = text.find("[[components]]").ok_or("no components")?;
-        Ok(text[begin..end].lines().filter(|line| !line.starts_with("kbl = ")).map(str::to_owned).collect())
-    };
-    ensure(lines("s.toml")? == lines("k.toml")?, "another scenario than that of KBL")?;
-    let ended = place.run(&["import", "vec", &kbl])?.expect(1)?;
-    ensure(ended.err.contains("`wireloom import kbl` reads KBL files"), &ended)?;
-    let ended = place.run(&["import", "kbl", &vec])?.expect(1)?;
-    ensure(ended.err.contains("`wireloom import vec` reads VEC files"), &ended)?;
-    let ended = place.run(&["import", "vec", &vec, "--list"])?.expect(0)?;
-    ensure(ended.out.contains("the harness has no modules"), &ended)?;
-    // Without the 3D geometry its lengths are enough for a board.
-    let text = fs::read_to_string(&vec)?;
-    let cut = |text: &str, from: &str, to: &str| Some([&text[..text.find(from)?], &text[text.find(to)?..]].concat());
-    let (from, to) = ("<Specification xsi:type=\"vec:BuildingBlock", "<Specification xsi:type=\"vec:Composition");
-    place.file("flat.vec", cut(&text, from, to).ok_or("no geometry")?)?;
-    let ended = place.run(&["import", "vec", "flat.vec"])?.expect(1)?;
-    ensure(ended.err.contains("no 3D geometry") && ended.err.contains("--as board"), &ended)?;
-    place.run(&["import", "vec", "flat.vec", "--as", "board", "-o", "b.toml"])?.expect(0)?;
-    place.run(&["formboard", "flat.vec", "-o", "board"])?.expect(0)?;
-    ensure(place.path("board/board.pdf").exists(), "no drawing of the board")
 }
 
 fn bench() -> Checked {

@@ -148,8 +148,8 @@ fn importing_a_large_harness_takes_no_square_of_its_size() {
     }
 }
 
-/// So many segments in a row without geometry, each with a wire of its own, a clip and a covering, and one cable of very
-/// many cores.
+/// So many segments in a row without geometry, each with a wire of its own, a clip and a covering, and one cable of
+/// very many cores.
 fn vec_file(n: usize) -> String {
     let value = |name: &str, unit: &str, value: f64| {
         format!("<{name}><UnitComponent>{unit}</UnitComponent><ValueComponent>{value}</ValueComponent></{name}>")

@@ -4,8 +4,8 @@ use super::document::Segment;
 use super::findings::Findings;
 use std::collections::BTreeMap;
 
-/// Reports coverings that cover nothing, and those whose length is not that of the places that they cover; `stated`: ids
-/// and lengths, m, of coverings whose places are all in these segments.
+/// Reports coverings that cover nothing, and those whose length is not that of the places that they cover; `stated`:
+/// ids and lengths, m, of coverings whose places are all in these segments.
 pub(super) fn note_lengths(segments: &[Segment], stated: &[(&str, Option<f64>)], findings: &mut Findings) {
     // None where a segment has no length of its own.
     let mut covered: BTreeMap<&str, Option<f64>> = BTreeMap::new();

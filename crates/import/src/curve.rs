@@ -41,8 +41,8 @@ impl Polygon {
     }
 }
 
-/// The two interpretations of a curve without knots, as in KBL. The schema says "uniform", with knots of multiplicity 1;
-/// its implementation guideline allows both, as both are in use.
+/// The two interpretations of a curve without knots, as in KBL. The schema says "uniform", with knots of multiplicity
+/// 1; its implementation guideline allows both, as both are in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Knots {
     /// u_i = i: the curve does not touch its first and last control point.

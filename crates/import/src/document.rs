@@ -52,6 +52,8 @@ impl Format {
 /// The harness in the file.
 pub(super) struct Document {
     pub format: Format,
+    /// Whether the file says where the nodes lie; if not, they have any places that a board then replaces.
+    pub drawn: bool,
     pub name: Option<String>,
     pub nodes: Vec<Node>,
     pub segments: Vec<Segment>,

@@ -7,8 +7,8 @@
 //! The flow of a file: the `reader` of its format (XML to plain values in SI, `document`; `xml`, `elements`: what both
 //! readers do with elements) → `convert` (branches, joints; `segments`: centre lines from `curve`, make-up from
 //! `section`; `anatomy`: wires through joints; `constraints`) → `harness` (the data) → `write` (TOML text; `tree`,
-//! `board` and `assembly` for installation). And back into KBL: `kbl/export` changes the text of the file where a result
-//! differs; `kbl/fit` makes the curves.
+//! `board` and `assembly` for installation). And back into KBL: `kbl/export` changes the text of the file where a
+//! result differs; `kbl/fit` makes the curves.
 
 pub mod kbl;
 pub mod vec;

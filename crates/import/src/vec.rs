@@ -8,22 +8,22 @@
 //! | `WireElementSpecification`, `CoreSpecification`, `MassInformation` of the part | types of wires |
 //! | `OnWayPlacement` of a `WireProtectionRole`, with its specification | coverings, by their class and description |
 //! | `OnPointPlacement` at a node | a `connector` that holds the end; a `SpliceTerminalRole` stays free |
-//! | `OnPointPlacement` of a fixing: mounted to a hole, an edge, a bolt | a `collar` that holds the cable in its place |
+//! | `OnPointPlacement` of a fixing, mounted to a hole, an edge, a bolt | a `collar` that holds the cable in place |
 //! | likewise of a grommet or a cable duct | a `collar` with a rail, along which the cable slides |
 //! | `MinBendRadiusStatic`, `BendRadius` of tubes | `min_bend_radius` of wires, coverings and sections |
 //! | `MinBendRadiusDynamic` | `min_bend_radius_moving` of sections |
 //! | `Tolerance` of lengths of segments, `DefaultDimension` | a `[sweep]` in comments |
-//! | `PartStructureSpecification` with the content `Module` or `Variant` | parts that [`Options::selection`] leaves out |
+//! | `PartStructureSpecification` of a `Module` or `Variant` | parts that [`Options::selection`] leaves out |
 //! | `PartVersion`, colours | `part`, `description`, `supplier`, `colour` |
 //! | other `PartOccurrence`s | `[[components]]`, which do not act |
 //! | `WireElementReference`s, `ContactPoint`s, `Signal`s | `[[connections]]` |
 //!
-//! **Geometry.** Curves are NURBS with knots and weights of their own. The points of a building block have its unit, and
-//! its place in the `HarnessGeometrySpecification3D` that is no formboard. A file without 3D geometry says how long its
+//! **Geometry.** Curves are NURBS with knots and weights of their own. The points of a building block have its unit,
+//! and its place in the `HarnessGeometrySpecification3D` that is no formboard. A file without 3D geometry says how long its
 //! segments are, not where they lie: it becomes a harness on a board ([`Arrangement::Board`]), and nothing else.
 //!
-//! **Length.** That of the class `Adapted` where a segment has one (it is the length the harness is built to), else that
-//! of the class `Designed` (that of the drawn curve).
+//! **Length.** That of the class `Adapted` where a segment has one (it is the length the harness is built to), else
+//! that of the class `Designed` (that of the drawn curve).
 //!
 //! **Variants.** Expressions of `VariantConfiguration`s are not evaluated: all elements that they control are taken.
 //!

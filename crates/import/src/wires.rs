@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 /// kg/m³.
 const COPPER: f64 = 8960.0;
 
-/// Reports what the part of a wire, `part`, cannot weigh, and what it does not give; `core`: its mass is a share in that
-/// of its cable, with jacket and filler.
+/// Reports what the part of a wire, `part`, cannot weigh, and what it does not give; `core`: its mass is a share in
+/// that of its cable, with jacket and filler.
 pub(super) fn checked(mut wire: Wire, part: &str, core: bool, findings: &mut Findings) -> Wire {
     let whole = wire.outside_diameter.filter(|_| !core);
     let solid = whole.map(|diameter| COPPER * 0.25 * PI * diameter.powi(2));

@@ -165,8 +165,8 @@ fn row(imported: &Imported, kind: &str) -> [usize; 4] {
 #[test]
 fn an_import_says_what_became_of_each_element() {
     let more = "  <DocumentVersion id=\"doc-more\"><CompanyName>ACME</CompanyName><DocumentNumber>9</DocumentNumber>\
-                <DocumentVersion>1</DocumentVersion><Specification xsi:type=\"vec:FerriteSpecification\" id=\"ferrite\">\
-                <Identification>f</Identification></Specification></DocumentVersion>\n  <PartVersion id=\"harness\">";
+                <DocumentVersion>1</DocumentVersion>\
+                <Specification xsi:type=\"vec:FerriteSpecification\" id=\"ferrite\"><Identification>f</Identification></Specification></DocumentVersion>\n  <PartVersion id=\"harness\">";
     let imported = imported(&with("  <PartVersion id=\"harness\">", more));
     let expected = [
         ("BuildingBlockPositionings", [1, 0, 0, 0]),
@@ -204,7 +204,8 @@ fn tolerances_of_values_are_a_sweep_in_comments() {
                      <ReferenceAnchor>dim-at</ReferenceAnchor><UnitComponent>uM</UnitComponent>\
                      <DefinedLocations xsi:type=\"vec:NodeLocation\" id=\"dim-at\"><Identification>J</Identification>\
                      <ReferencedNode>n2</ReferencedNode></DefinedLocations><Tolerance id=\"t2\">\
-                     <LowerBoundary>0</LowerBoundary><UpperBoundary>0.005</UpperBoundary></Tolerance></Dimension>\n      \
+                     <LowerBoundary>0</LowerBoundary><UpperBoundary>0.005</UpperBoundary></Tolerance>\
+                     </Dimension>\n      \
                      <Placement xsi:type=\"vec:OnPointPlacement\" id=\"p1\">";
     let default = "<Specification xsi:type=\"vec:DefaultDimensionSpecification\" id=\"dd\"><Identification>dd\
                    </Identification><DefaultDimension id=\"dd1\"><DimensionValueRange id=\"dd1-r\"><UnitComponent>uMM\
@@ -242,8 +243,8 @@ fn bend_radii_are_static_and_dynamic() {
     let both = radius("rd", "MinBendRadiusDynamic", 16.0) + "<MinBendRadiusStatic id=\"r2\">";
     let restricted = format!(
         "<Specification xsi:type=\"vec:TopologyBendingRestrictionSpecification\" id=\"tb\"><Identification>tb\
-         </Identification><TopologyBendingRestriction id=\"tb1\">{}{}<RestrictedPath id=\"tb1-p\"><Segment>s3 s4</Segment>\
-         </RestrictedPath></TopologyBendingRestriction></Specification>\n    \
+         </Identification><TopologyBendingRestriction id=\"tb1\">{}{}<RestrictedPath id=\"tb1-p\">\
+         <Segment>s3 s4</Segment></RestrictedPath></TopologyBendingRestriction></Specification>\n    \
          <Specification xsi:type=\"vec:RoutingSpecification\"",
         radius("tbd", "MinBendRadiusDynamic", 40.0),
         radius("tbs", "MinBendRadiusStatic", 32.5)
@@ -342,7 +343,8 @@ fn a_rational_curve_is_an_arc() {
     let control: String = [("pA", 1.0), ("b1", quarter), ("b2", 1.0), ("b3", quarter), ("pJ", 1.0)]
         .iter()
         .map(|(point, weight)| {
-            format!("<ControlPoint id=\"c-{point}\"><Weight>{weight}</Weight><CartesianPoint3D>{point}</CartesianPoint3D></ControlPoint>")
+            let own = format!("<Weight>{weight}</Weight><CartesianPoint3D>{point}</CartesianPoint3D>");
+            format!("<ControlPoint id=\"c-{point}\">{own}</ControlPoint>")
         })
         .collect();
     let knots: String = [0, 0, 0, 2, 2, 5, 5, 5].iter().map(|knot| format!("<Knots>{knot}</Knots>")).collect();
@@ -406,6 +408,9 @@ fn without_geometry_a_harness_lies_on_a_board() {
     assert_eq!(refused(&flat), format!("{}: {what}", place(&flat, "<TopologySegment id=\"s1\"")));
     let options = Options { arrangement: Arrangement::Board, ..Options::default() };
     let scenario = checked(&import(&flat, &options).unwrap().scenario);
+    let said: Vec<String> = import(&flat, &options).unwrap().findings.iter().map(ToString::to_string).collect();
+    assert!(said.iter().any(|own| own.starts_with("the file has no 3D geometry")), "{said:#?}");
+    assert!(!said.iter().any(|own| own.contains("centre curve") || own.contains("drawn apart")), "{said:#?}");
     let lengths: Vec<f64> = scenario.branches.iter().map(|own| own.length).collect();
     assert_eq!(lengths, [0.3079, 0.26, 0.25, 0.03]);
     let begin = flat.find("<LengthInformation id=\"l3-i\">").unwrap();
@@ -491,8 +496,8 @@ fn wires_know_what_they_connect() {
                     </TerminalSpecification></Role><Part>tape</Part></Component>\n      <Component id=\"o1\">";
     let contacts = "<Specification xsi:type=\"vec:ContactingSpecification\" id=\"contacts\"><Identification>c\
                     </Identification><ContactPoint id=\"cp\"><MountedTerminal>t1-role</MountedTerminal><CavityMounting \
-                    id=\"cm\"><EquippedCavityRef>cavity-ref</EquippedCavityRef></CavityMounting><WireMounting id=\"wm\">\
-                    <ReferencedWireEnd>end</ReferencedWireEnd></WireMounting></ContactPoint></Specification>\n    \
+                    id=\"cm\"><EquippedCavityRef>cavity-ref</EquippedCavityRef></CavityMounting>\
+                    <WireMounting id=\"wm\"><ReferencedWireEnd>end</ReferencedWireEnd></WireMounting></ContactPoint></Specification>\n    \
                     <Specification xsi:type=\"vec:SignalSpecification\" id=\"signals\"><Identification>s\
                     </Identification><Signal id=\"signal\"><Identification>1</Identification><SignalName>CAN-H\
                     </SignalName></Signal></Specification>\n    <Specification xsi:type=\"vec:RoutingSpecification\"";

@@ -131,7 +131,8 @@ fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
             Ok(Source { text, scenario, registry, files: Box::new(NoFiles), wires, findings, names_others: false })
         }
         (_, None) => Err(Failure::Input(format!(
-            "{}: a formboard is made of a scenario (.toml), a KBL file (.kbl, .xml) or a VEC file (.vec), not of `.{extension}`",
+            "{}: a formboard is made of a scenario (.toml), a KBL file (.kbl, .xml) or a VEC file (.vec), not of \
+             `.{extension}`",
             file.display()
         ))),
     }

@@ -49,7 +49,17 @@ pub(super) fn read(text: &str, selection: &Selection, findings: &mut Findings) -
     reader.note_protection_lengths(root, &segments)?;
     let (listed, wiring) = (reader.read_listed(root), reader.read_wiring(root));
     let elements = reader.elements(root);
-    Ok(Document { format: Format::Kbl, name: reader.name(root), nodes, segments, wires, listed, wiring, elements })
+    Ok(Document {
+        format: Format::Kbl,
+        drawn: true,
+        name: reader.name(root),
+        nodes,
+        segments,
+        wires,
+        listed,
+        wiring,
+        elements,
+    })
 }
 
 /// The way of a wire of the chosen modules.

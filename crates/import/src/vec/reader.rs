@@ -46,6 +46,7 @@ pub(super) fn read(text: &str, options: &Options, findings: &mut Findings) -> Re
         specifications: specifications(&classes),
         classes,
         identities: HashMap::new(),
+        copper: HashMap::new(),
         chosen: Chosen::default(),
     };
     let version = reader.read_version(root);
@@ -67,7 +68,8 @@ pub(super) fn read(text: &str, options: &Options, findings: &mut Findings) -> Re
     let (listed, wiring) = (reader.read_listed(&placed), reader.read_wiring());
     let name = reader.name();
     let elements = reader.elements(root);
-    Ok(Document { format: Format::Vec(version), name, nodes, segments, wires, listed, wiring, elements })
+    let (format, drawn) = (Format::Vec(version), !geometry.nodes.is_empty());
+    Ok(Document { format, drawn, name, nodes, segments, wires, listed, wiring, elements })
 }
 
 /// Elements with an id, by their class, in the order of the file.
@@ -99,6 +101,8 @@ struct Reader<'a, 'i, 'f> {
     specifications: HashMap<&'a str, Vec<Xml<'a, 'i>>>,
     /// Identities of parts, as far as they were asked for.
     identities: HashMap<NodeId, Identity>,
+    /// Areas of the conductors of cables, as far as they were asked for, m².
+    copper: HashMap<NodeId, f64>,
     /// The parts of the modules that are imported.
     chosen: Chosen<'a>,
 }
@@ -138,8 +142,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     fn name(&mut self) -> Option<String> {
         let topology = *self.classes.get("TopologySegment")?.first()?;
         let document = topology.ancestors().find(|node| node.name() == "DocumentVersion")?;
-        let parts = crate::xml::words(document, "ReferencedPart").filter_map(|id| self.file.ids.get(id).copied());
-        let part = parts.last();
+        let mut parts = crate::xml::words(document, "ReferencedPart").filter_map(|id| self.file.ids.get(id).copied());
+        let part = parts.next();
         part.into_iter().for_each(|part| self.file.keep(part));
         let described = |node: Xml<'a, 'i>| parts::localized(node, "Description");
         part.and_then(described)

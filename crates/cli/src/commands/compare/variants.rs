@@ -64,7 +64,8 @@ pub fn variants(arguments: &CompareArguments) -> Result<Vec<Variant>, Failure> {
     Ok(if axes.is_empty() { vec![] } else { all })
 }
 
-/// Variants of the harness in a KBL or VEC file, as installed: names and texts. Those `wanted`, or all that have modules.
+/// Variants of the harness in a KBL or VEC file, as installed: names and texts. Those `wanted`, or all that have
+/// modules.
 pub fn of_file(file: &Path, format: &HarnessFormat, wanted: &[String]) -> Result<Vec<(String, String)>, Failure> {
     let text = load::text(file)?;
     let refused = |error| Failure::Input(format!("{} cannot be imported: {error}", file.display()));

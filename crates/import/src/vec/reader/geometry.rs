@@ -148,16 +148,28 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         })
     }
 
+    /// Id of the element of the topology that one of the geometry stands for; none is told.
+    fn stands_for(&mut self, node: Xml<'a, 'i>, name: &'static str, class: &str) -> Option<&'a str> {
+        let Some(holder) = child(node, name) else {
+            self.file.findings.add_to(format!("parts of the geometry stand for no {class}; not used"), title(node));
+            return None;
+        };
+        match self.file.resolve(holder, text(holder).unwrap_or_default(), &[class]) {
+            Ok(target) => target.attribute("id"),
+            Err(fault) => {
+                self.file.findings.add(format!("{}: {fault}; not used", title(node)));
+                None
+            }
+        }
+    }
+
     fn geometry_node(
         &mut self,
         node: Xml<'a, 'i>,
         frame: &Frame,
         geometry: &mut Geometry<'a, 'i>,
     ) -> Result<(), ImportError> {
-        let Some(of) = child_text(node, "ReferenceNode") else {
-            self.file.findings.add_to("nodes of the geometry stand for no node of the topology; not used", title(node));
-            return Ok(());
-        };
+        let Some(of) = self.stands_for(node, "ReferenceNode", "TopologyNode") else { return Ok(()) };
         let right = "a node refers to the point where it lies";
         let point = self.file.required(node, "CartesianPoint", &["CartesianPoint"], right)?;
         let position = frame.point(self.point(point)?);
@@ -178,11 +190,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         frame: &Frame,
         geometry: &mut Geometry<'a, 'i>,
     ) -> Result<(), ImportError> {
-        let Some(of) = child_text(segment, "ReferenceSegment") else {
-            let what = "segments of the geometry stand for no segment of the topology; not used";
-            self.file.findings.add_to(what, title(segment));
-            return Ok(());
-        };
+        let Some(of) = self.stands_for(segment, "ReferenceSegment", "TopologySegment") else { return Ok(()) };
         let mut curves = Vec::new();
         for curve in children(segment, "Curve") {
             let Some(curve) = self.curve(curve, frame)? else {

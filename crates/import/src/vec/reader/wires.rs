@@ -158,10 +158,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Area of all conductors of a cable, m².
     fn copper(&mut self, cable: Xml<'a, 'i>) -> Result<f64, ImportError> {
+        if let Some(&known) = self.copper.get(&cable.id()) {
+            return Ok(known);
+        }
         let mut copper = 0.0;
         for leaf in leaves(cable) {
             copper += self.area(leaf)?.unwrap_or(0.0);
         }
+        self.copper.insert(cable.id(), copper);
         Ok(copper)
     }
 

@@ -31,8 +31,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         for wire in self.all("WireElementReference") {
             // A cable of which the cores are referred to, too, is listed by its cores.
             let element = self.file.target(wire, "ReferencedWireElement");
-            let others = wire.parent().map_or(0, |role| children(role, "WireElementReference").count());
-            if self.chosen.leaves_out(wire, None) || (others > 1 && element.is_some_and(has_parts)) {
+            let others = wire.parent().is_some_and(|role| children(role, "WireElementReference").nth(1).is_some());
+            if self.chosen.leaves_out(wire, None) || (others && element.is_some_and(has_parts)) {
                 continue;
             }
             self.file.keep(wire);
