@@ -1,8 +1,19 @@
 //! What the readers of all formats do with coverings.
 
-use super::document::Segment;
+use super::document::{self, Segment};
 use super::findings::Findings;
 use std::collections::BTreeMap;
+
+/// Inner and outer diameter of a tube that its description gives, m, which is told.
+pub(super) fn diameters(description: &str, findings: &mut Findings) -> (Option<f64>, Option<f64>) {
+    let (inner, outer) = document::diameters(description);
+    let read: Vec<String> = [inner, outer].iter().flatten().map(|d| format!("{:.1} mm", d * 1e3)).collect();
+    if !read.is_empty() {
+        let item = format!("`{description}` ({})", read.join(", "));
+        findings.add_to("diameters of tubes are read from descriptions", item);
+    }
+    (inner, outer)
+}
 
 /// Reports coverings that cover nothing, and those whose length is not that of the places that they cover; `stated`:
 /// ids and lengths, m, of coverings whose places are all in these segments.

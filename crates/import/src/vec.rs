@@ -19,8 +19,8 @@
 //! | `WireElementReference`s, `ContactPoint`s, `Signal`s | `[[connections]]` |
 //!
 //! **Geometry.** Curves are NURBS with knots and weights of their own. The points of a building block have its unit,
-//! and its place in the `HarnessGeometrySpecification3D` that is no formboard. A file without 3D geometry says how long its
-//! segments are, not where they lie: it becomes a harness on a board ([`Arrangement::Board`]), and nothing else.
+//! and its place in the `HarnessGeometrySpecification3D` that is no formboard. A file without 3D geometry says how
+//! long its segments are, not where they lie: it becomes a harness on a board ([`Arrangement::Board`]), and nothing else.
 //!
 //! **Length.** That of the class `Adapted` where a segment has one (it is the length the harness is built to), else
 //! that of the class `Designed` (that of the drawn curve).
@@ -29,6 +29,8 @@
 //!
 //! Everything else is as with [`kbl`](crate::kbl). Nothing is written back into the file.
 
+mod element;
+mod places;
 mod reader;
 
 use crate::kbl::{Contents, ImportError, Imported, Options};

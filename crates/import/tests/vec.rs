@@ -166,7 +166,8 @@ fn row(imported: &Imported, kind: &str) -> [usize; 4] {
 fn an_import_says_what_became_of_each_element() {
     let more = "  <DocumentVersion id=\"doc-more\"><CompanyName>ACME</CompanyName><DocumentNumber>9</DocumentNumber>\
                 <DocumentVersion>1</DocumentVersion>\
-                <Specification xsi:type=\"vec:FerriteSpecification\" id=\"ferrite\"><Identification>f</Identification></Specification></DocumentVersion>\n  <PartVersion id=\"harness\">";
+                <Specification xsi:type=\"vec:FerriteSpecification\" id=\"ferrite\"><Identification>f\
+                </Identification></Specification></DocumentVersion>\n  <PartVersion id=\"harness\">";
     let imported = imported(&with("  <PartVersion id=\"harness\">", more));
     let expected = [
         ("BuildingBlockPositionings", [1, 0, 0, 0]),
@@ -497,7 +498,8 @@ fn wires_know_what_they_connect() {
     let contacts = "<Specification xsi:type=\"vec:ContactingSpecification\" id=\"contacts\"><Identification>c\
                     </Identification><ContactPoint id=\"cp\"><MountedTerminal>t1-role</MountedTerminal><CavityMounting \
                     id=\"cm\"><EquippedCavityRef>cavity-ref</EquippedCavityRef></CavityMounting>\
-                    <WireMounting id=\"wm\"><ReferencedWireEnd>end</ReferencedWireEnd></WireMounting></ContactPoint></Specification>\n    \
+                    <WireMounting id=\"wm\"><ReferencedWireEnd>end</ReferencedWireEnd></WireMounting></ContactPoint>\
+                    </Specification>\n    \
                     <Specification xsi:type=\"vec:SignalSpecification\" id=\"signals\"><Identification>s\
                     </Identification><Signal id=\"signal\"><Identification>1</Identification><SignalName>CAN-H\
                     </SignalName></Signal></Specification>\n    <Specification xsi:type=\"vec:RoutingSpecification\"";

@@ -2,7 +2,7 @@
 
 use crate::coverings;
 use crate::curve::{Polygon, Vector};
-use crate::document::{Covering, Document, Format, LARGEST, Location, Node, Segment, diameters};
+use crate::document::{Covering, Document, Format, LARGEST, Location, Node, Segment};
 use crate::elements::{Chosen, Elements, Names};
 use crate::error::ImportError;
 use crate::findings::Findings;
@@ -283,7 +283,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     }
 
     fn read_coverings(&mut self, segment: Xml<'a, 'i>) -> Result<Vec<Covering>, ImportError> {
-        let mut coverings = Vec::new();
+        let mut all = Vec::new();
         for area in children(segment, "Protection_area") {
             let from = self.location(area, "Start_location", "Absolute_start_location")?;
             let to = self.location(area, "End_location", "Absolute_end_location")?;
@@ -304,16 +304,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             if linear_density.is_none() {
                 self.file.findings.add_to("coverings without usable mass; it follows from the library", title(part));
             }
-            let (inner_diameter, outer_diameter) = diameters(description);
-            let read: Vec<String> =
-                [inner_diameter, outer_diameter].iter().flatten().map(|d| format!("{:.1} mm", d * 1e3)).collect();
-            if !read.is_empty() {
-                self.file.findings.add_to(
-                    "diameters of tubes are read from descriptions",
-                    format!("`{description}` ({})", read.join(", ")),
-                );
-            }
-            coverings.push(Covering {
+            let (inner_diameter, outer_diameter) = coverings::diameters(description, self.file.findings);
+            all.push(Covering {
                 id: occurrence.attribute("id").unwrap_or_default().to_owned(),
                 kind: kind.to_owned(),
                 description: description.to_owned(),
@@ -325,7 +317,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 to,
             });
         }
-        Ok(coverings)
+        Ok(all)
     }
 
     /// Mass per covered length; a mass of the whole piece is divided by its `Protection_length`.

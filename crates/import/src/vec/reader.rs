@@ -7,9 +7,9 @@ use crate::error::ImportError;
 use crate::findings::Findings;
 use crate::options::{Arrangement, Options};
 use crate::unit::Quantity;
+use crate::vec::element;
+use crate::vec::places::{Geometry, Placed};
 use crate::xml::{Read, VEC, Xml, child, child_text, children, id, missing, position, text, xml};
-use geometry::Geometry;
-use placements::Placed;
 use roxmltree::NodeId;
 use std::collections::{HashMap, HashSet};
 use wireloom_core::identity::Identity;
@@ -145,7 +145,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let mut parts = crate::xml::words(document, "ReferencedPart").filter_map(|id| self.file.ids.get(id).copied());
         let part = parts.next();
         part.into_iter().for_each(|part| self.file.keep(part));
-        let described = |node: Xml<'a, 'i>| parts::localized(node, "Description");
+        let described = |node: Xml<'a, 'i>| element::localized(node, "Description");
         part.and_then(described)
             .or_else(|| part.and_then(|part| child_text(part, "PartNumber")))
             .or_else(|| described(document))

@@ -1,8 +1,8 @@
 //! Coverings of segments, and the bend radii that ways through the topology allow.
 
-use super::{ImportError, Placed, Quantity, Reader, Xml, child, child_text, parts};
+use super::{ImportError, Placed, Quantity, Reader, Xml, child, child_text, element};
 use crate::coverings;
-use crate::document::{BEND_RADII, Covering, DIAMETERS, Segment, diameters};
+use crate::document::{BEND_RADII, Covering, DIAMETERS, Segment};
 use crate::xml::{children, title, words};
 use std::collections::{HashMap, HashSet};
 
@@ -22,7 +22,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             if self.chosen.leaves_out(occurrence, None) {
                 continue;
             }
-            let Some(role) = parts::role(occurrence, SPECIFICATION) else {
+            let Some(role) = element::role(occurrence, SPECIFICATION) else {
                 let item = format!("{segment} {}", title(occurrence));
                 self.file.findings.add_to("parts that are no coverings lie over segments; they do not act", item);
                 continue;
@@ -37,8 +37,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             self.file.mark(occurrence);
             self.file.mark(over.placement);
             let part = self.file.target(occurrence, "Part");
-            let described = part.and_then(|part| parts::localized(part, "Description"));
-            let description = described.or_else(|| parts::localized(specification, "Description")).unwrap_or_default();
+            let described = part.and_then(|part| element::localized(part, "Description"));
+            let description =
+                described.or_else(|| element::localized(specification, "Description")).unwrap_or_default();
             let linear_density = self.covering_density(occurrence, role)?;
             if linear_density.is_none() {
                 let what = "coverings without usable mass; it follows from the library";
@@ -48,7 +49,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 |reader: &mut Self, name| reader.file.value_within(specification, name, Quantity::Length, DIAMETERS);
             let (inner, outer) = (size(self, "InnerDiameter")?, size(self, "OuterDiameter")?);
             let wall = size(self, "WallThickness")?;
-            let written = diameters(description);
+            let stated = inner.or(outer).is_some();
+            let written = if stated { (None, None) } else { coverings::diameters(description, self.file.findings) };
             let inner_diameter = inner.or_else(|| Some(outer? - 2.0 * wall?).filter(|d| *d > 0.0)).or(written.0);
             let outer_diameter = outer.or_else(|| Some(inner? + 2.0 * wall?)).or(written.1);
             let kind = specification.class().trim_end_matches("Specification");
@@ -88,7 +90,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let elsewhere: HashSet<_> = elsewhere.map(|over| over.occurrence.id()).collect();
         let mut stated = Vec::new();
         for occurrence in self.all("Component") {
-            let Some(role) = parts::role(occurrence, SPECIFICATION) else { continue };
+            let Some(role) = element::role(occurrence, SPECIFICATION) else { continue };
             if self.chosen.leaves_out(occurrence, None) || elsewhere.contains(&occurrence.id()) {
                 continue;
             }

@@ -3,6 +3,7 @@
 use super::{ImportError, Quantity, Reader, Xml, child, child_text, children, missing};
 use crate::curve::{Polygon, Vector};
 use crate::document::{LARGEST, Placement};
+use crate::vec::places::{Frame, Geometry};
 use crate::xml::{number, position, text, title, words};
 use nalgebra::Matrix3;
 use std::collections::HashMap;
@@ -12,34 +13,6 @@ const SAME: f64 = 1e-6;
 
 /// Least distance of two knots of a curve, as a part of all, for them to differ.
 const LEAST_SPAN: f64 = 1e-9;
-
-/// Where things are drawn, in the vehicle, by XML ids of the topology and of occurrences.
-#[derive(Default)]
-pub(super) struct Geometry<'a, 'i> {
-    /// m.
-    pub nodes: HashMap<&'a str, Vector>,
-    /// Curves of each segment.
-    pub curves: HashMap<&'a str, Vec<Polygon>>,
-    items: HashMap<&'a str, (Xml<'a, 'i>, Frame)>,
-}
-
-/// A place with its axes as columns, which may be scaled.
-#[derive(Clone, Copy)]
-struct Frame {
-    axes: Matrix3<f64>,
-    /// m.
-    origin: Vector,
-}
-
-impl Frame {
-    fn of_vehicle() -> Self {
-        Self { axes: Matrix3::identity(), origin: Vector::zeros() }
-    }
-
-    fn point(&self, x: Vector) -> Vector {
-        self.axes * x + self.origin
-    }
-}
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
     /// The geometry of all building blocks in the vehicle.

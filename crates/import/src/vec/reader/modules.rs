@@ -1,6 +1,6 @@
 //! Modules of a harness and its variants in VEC: occurrences of part structures with this content.
 
-use super::{ImportError, Reader, Xml, child_text, children, classes, parts};
+use super::{ImportError, Reader, Xml, child_text, children, classes, element};
 use crate::modules::{Known, KnownModule, KnownVariant, distinct};
 use crate::options::{Contents, Module, Selection, Variant};
 use crate::xml::{Read, VEC, words, xml};
@@ -14,7 +14,7 @@ fn names<'a>(occurrence: Xml<'a, '_>, part: Option<Xml<'a, '_>>) -> Vec<&'a str>
     let texts = [
         part.and_then(|part| child_text(part, "PartNumber")),
         child_text(occurrence, "Identification"),
-        part.and_then(|part| parts::localized(part, "Description")),
+        part.and_then(|part| element::localized(part, "Description")),
         occurrence.attribute("id"),
     ];
     texts.into_iter().flatten().collect()
@@ -24,7 +24,7 @@ fn names<'a>(occurrence: Xml<'a, '_>, part: Option<Xml<'a, '_>>) -> Vec<&'a str>
 fn known<'a, 'i>(occurrences: &[Xml<'a, 'i>], ids: &HashMap<&'a str, Xml<'a, 'i>>) -> Known<'a, 'i> {
     let target = |node: Xml<'a, 'i>, name| child_text(node, name).and_then(|id| ids.get(id).copied());
     let content = |node: &Xml<'a, 'i>, wanted: &str| {
-        let structure = parts::role(*node, STRUCTURE).and_then(|role| target(role, STRUCTURE));
+        let structure = element::role(*node, STRUCTURE).and_then(|role| target(role, STRUCTURE));
         structure.is_some_and(|own| child_text(own, "Content") == Some(wanted))
     };
     let of = |wanted: &str| occurrences.iter().copied().filter(|node| content(node, wanted)).collect::<Vec<_>>();
@@ -32,7 +32,7 @@ fn known<'a, 'i>(occurrences: &[Xml<'a, 'i>], ids: &HashMap<&'a str, Xml<'a, 'i>
     let called =
         |nodes: &[Xml<'a, 'i>]| distinct(&nodes.iter().map(|node| names(*node, part(*node))).collect::<Vec<_>>());
     let components = |node: Xml<'a, 'i>| -> Vec<&'a str> {
-        let role = parts::role(node, STRUCTURE);
+        let role = element::role(node, STRUCTURE);
         role.into_iter().flat_map(|role| words(role, "SubComponent")).collect()
     };
     let (modules, variants) = (of("Module"), of("Variant"));
@@ -46,8 +46,8 @@ fn known<'a, 'i>(occurrences: &[Xml<'a, 'i>], ids: &HashMap<&'a str, Xml<'a, 'i>
     let variant_names = called(&variants);
     let modules = modules.into_iter().zip(module_names).map(|(node, name)| {
         let controlled = components(node);
-        let description = part(node).and_then(|part| parts::localized(part, "Description"));
-        let description = description.or_else(|| parts::localized(node, "Description")).map(str::to_owned);
+        let description = part(node).and_then(|part| element::localized(part, "Description"));
+        let description = description.or_else(|| element::localized(node, "Description")).map(str::to_owned);
         let module = Module { name, description, option_code: None, parts: controlled.len() };
         KnownModule { module, node, configurations: Vec::new(), controlled }
     });
@@ -89,7 +89,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Whether an occurrence is a structure of others: a module, a variant, or the harness.
     pub(super) fn is_module(&self, occurrence: Xml<'a, 'i>) -> bool {
-        let structure = parts::role(occurrence, STRUCTURE).and_then(|role| self.file.target(role, STRUCTURE));
+        let structure = element::role(occurrence, STRUCTURE).and_then(|role| self.file.target(role, STRUCTURE));
         let content = structure.and_then(|own| child_text(own, "Content"));
         content.is_some_and(|content| ["Module", "Variant", "Harness"].contains(&content))
     }

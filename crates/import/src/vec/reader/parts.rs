@@ -1,30 +1,11 @@
 //! Occurrences of parts: what they are, what they weigh, and their numbers.
 
-use super::placements::Along;
 use super::{Geometry, ImportError, Placed, Quantity, Reader, Xml, child, child_text, children};
 use crate::document::{Component, Fixing, Listed, ListedPlace};
+use crate::vec::element::{NOTHING, is_occurrence, joined, localized, role};
+use crate::vec::places::Along;
 use crate::xml::{title, words};
 use wireloom_core::identity::Identity;
-
-/// Texts that stand for no value.
-const NOTHING: [&str; 2] = ["-", "NotDefined"];
-
-/// Whether an element is an occurrence of a part, or a usage of one that is not chosen yet.
-pub(super) fn is_occurrence(node: &Xml) -> bool {
-    ["Component", "PartUsage"].contains(&node.name())
-}
-
-/// The text of a child that may have several languages: in English, or else the first one.
-pub(super) fn localized<'a>(node: Xml<'a, '_>, name: &'static str) -> Option<&'a str> {
-    let english = |text: &Xml| child_text(*text, "LanguageCode").is_some_and(|code| code.eq_ignore_ascii_case("en"));
-    let chosen = children(node, name).find(english).or_else(|| child(node, name))?;
-    child_text(chosen, "Value").filter(|text| !NOTHING.contains(text))
-}
-
-/// The role of an occurrence that refers to a specification of this kind, by the name of the reference.
-pub(super) fn role<'a, 'i>(occurrence: Xml<'a, 'i>, specification: &'static str) -> Option<Xml<'a, 'i>> {
-    children(occurrence, "Role").find(|role| child(*role, specification).is_some())
-}
 
 /// Whether an occurrence is a joint of wires within the harness.
 fn is_splice(occurrence: Xml) -> bool {
@@ -256,11 +237,4 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             self.file.findings.add_to(what, format!("{} `{label}`", title(node)));
         }
     }
-}
-
-/// Keys of colours.
-pub(super) fn joined<'a, 'i: 'a>(colours: impl Iterator<Item = Xml<'a, 'i>>) -> Option<String> {
-    let keys: Vec<&str> =
-        colours.filter_map(|own| child_text(own, "Key")).filter(|key| !NOTHING.contains(key)).collect();
-    (!keys.is_empty()).then(|| keys.join("/"))
 }

@@ -1,53 +1,10 @@
 //! Places of parts on the topology: at nodes, along segments, and over ways through them.
 
-use super::{ImportError, Quantity, Reader, Xml, child, child_text, children, parts};
-use crate::document::{LARGEST, ListedPlace, Location};
+use super::{ImportError, Quantity, Reader, Xml, child, child_text, children, element};
+use crate::document::{LARGEST, Location};
+use crate::vec::places::{Along, Over, Place, Placed};
 use crate::xml::{text, title, words};
 use std::collections::{HashMap, HashSet, VecDeque};
-
-/// What is placed where, by the XML ids of the topology, in the order of the file.
-#[derive(Default)]
-pub(super) struct Placed<'a, 'i> {
-    pub at_nodes: HashMap<&'a str, Vec<Along<'a, 'i>>>,
-    pub along: HashMap<&'a str, Vec<Along<'a, 'i>>>,
-    pub over: HashMap<&'a str, Vec<Over<'a, 'i>>>,
-    /// Places of each occurrence.
-    pub listed: HashMap<&'a str, Vec<Place<'a>>>,
-}
-
-/// A part at a node or a place of a segment.
-#[derive(Clone, Copy)]
-pub(super) struct Along<'a, 'i> {
-    pub placement: Xml<'a, 'i>,
-    pub occurrence: Xml<'a, 'i>,
-    /// On its segment.
-    pub at: Location,
-}
-
-/// A part over a piece of a segment.
-pub(super) struct Over<'a, 'i> {
-    pub placement: Xml<'a, 'i>,
-    pub occurrence: Xml<'a, 'i>,
-    pub from: Location,
-    pub to: Location,
-}
-
-/// A place of an occurrence.
-pub(super) enum Place<'a> {
-    Node(&'a str),
-    Segment { id: &'a str, from: Location, to: Location },
-}
-
-impl Place<'_> {
-    pub fn listed(&self) -> ListedPlace {
-        match *self {
-            Self::Node(id) => ListedPlace::Node(id.to_owned()),
-            Self::Segment { id, from, to } => {
-                ListedPlace::Segment { id: id.to_owned(), from: Some(from), to: Some(to) }
-            }
-        }
-    }
-}
 
 /// A `Location` of the file.
 #[derive(Clone, Copy)]
@@ -176,7 +133,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             for id in text(holder).unwrap_or_default().split_whitespace() {
                 let found = self.file.resolve(holder, id, &["PlaceableElementRole", "Component", "PartUsage"]);
                 match found {
-                    Ok(role) => occurrences.extend(role.ancestors().find(parts::is_occurrence)),
+                    Ok(role) => occurrences.extend(role.ancestors().find(element::is_occurrence)),
                     Err(fault) => self.file.findings.add(format!("{}: {fault}; left out", title(placement))),
                 }
             }

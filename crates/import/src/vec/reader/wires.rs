@@ -1,6 +1,6 @@
 //! Wires, and the segments through which they run.
 
-use super::{ImportError, Quantity, Reader, Segment, Xml, child, children, parts};
+use super::{ImportError, Quantity, Reader, Segment, Xml, child, children, element};
 use crate::document::{BEND_RADII, DIAMETERS, Wire};
 use crate::wires;
 use crate::xml::{title, words};
@@ -89,7 +89,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 None => None,
             };
             let counted = match jacket {
-                Some(_) => wire.ancestors().find(parts::is_occurrence).unwrap_or(wire),
+                Some(_) => wire.ancestors().find(element::is_occurrence).unwrap_or(wire),
                 None => wire,
             };
             let id = counted.attribute("id").unwrap_or_default();

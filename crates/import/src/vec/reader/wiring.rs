@@ -1,7 +1,7 @@
 //! Wires with what they connect: signals, cavities, terminals and seals are kept.
 
 use super::wires::has_parts;
-use super::{Reader, Xml, child, child_text, children, parts};
+use super::{Reader, Xml, child, child_text, children, element};
 use crate::document::{End, Wiring};
 use crate::xml::words;
 use std::collections::HashMap;
@@ -66,14 +66,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     /// Identity of a wire: that of its part, with the colours of the insulation of its element.
     fn wire_identity(&mut self, wire: Xml<'a, 'i>, element: Option<Xml<'a, 'i>>) -> Identity {
         const COLOURS: [&str; 3] = ["BaseColor", "FirstIdentificationColor", "SecondIdentificationColor"];
-        let occurrence = wire.ancestors().find(parts::is_occurrence);
+        let occurrence = wire.ancestors().find(element::is_occurrence);
         let mut identity = occurrence.map(|own| self.identity_of(own)).unwrap_or_default();
         let specification = element.and_then(|own| self.file.target(own, "WireElementSpecification"));
         let insulation = specification.and_then(|own| self.file.target(own, "InsulationSpecification"));
         if let Some(insulation) = insulation {
             self.file.keep(insulation);
             let colours = COLOURS.into_iter().flat_map(|name| children(insulation, name));
-            identity.colour = parts::joined(colours).or(identity.colour);
+            identity.colour = element::joined(colours).or(identity.colour);
         }
         identity
     }
@@ -87,7 +87,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             // From the cavity to the occurrence of its connector.
             for node in cavity.ancestors().filter(|node| node.attribute("id").is_some()) {
                 end.within.extend(node.attribute("id").map(str::to_owned));
-                if parts::is_occurrence(&node) {
+                if element::is_occurrence(&node) {
                     break;
                 }
             }
@@ -97,7 +97,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         end.terminal = terminal.and_then(|role| self.number_of(role));
         // A terminal without a housing, as a ring terminal, is what the wire ends in.
         if end.within.is_empty() {
-            let occurrence = terminal.and_then(|role| role.ancestors().find(parts::is_occurrence));
+            let occurrence = terminal.and_then(|role| role.ancestors().find(element::is_occurrence));
             end.within.extend(occurrence.and_then(|own| own.attribute("id")).map(str::to_owned));
         }
         let seal = self.file.target(mounting, "MountedCavitySeal");
@@ -114,7 +114,7 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
 
     /// Part number of the occurrence that has a role.
     fn number_of(&mut self, role: Xml<'a, 'i>) -> Option<String> {
-        let occurrence = role.ancestors().find(parts::is_occurrence)?;
+        let occurrence = role.ancestors().find(element::is_occurrence)?;
         self.identity_of(occurrence).part
     }
 
@@ -122,11 +122,11 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     pub(super) fn plugs(&mut self) -> HashMap<&'a str, Vec<Plugged<'a>>> {
         let mut plugs: HashMap<&str, Vec<Plugged>> = HashMap::new();
         for role in self.all("CavityPlugRole") {
-            let occurrence = role.ancestors().find(parts::is_occurrence);
+            let occurrence = role.ancestors().find(element::is_occurrence);
             let Some(plug) = occurrence.and_then(|own| own.attribute("id")) else { continue };
             for id in words(role, "PluggedCavityRef").collect::<Vec<_>>() {
                 let Some(&cavity) = self.file.ids.get(id) else { continue };
-                let connector = cavity.ancestors().find(parts::is_occurrence).and_then(|own| own.attribute("id"));
+                let connector = cavity.ancestors().find(element::is_occurrence).and_then(|own| own.attribute("id"));
                 let number = self.cavity_number(cavity);
                 plugs.entry(plug).or_default().extend(connector.map(|connector| (connector, number)));
             }
