@@ -2,7 +2,7 @@
 
 use super::{Geometry, ImportError, Placed, Quantity, Reader, Xml, child, child_text, children};
 use crate::document::{Component, Fixing, Listed, ListedPlace};
-use crate::vec::element::{NOTHING, is_occurrence, joined, localized, role};
+use crate::vec::element::{NOTHING, joined, localized, role};
 use crate::vec::places::Along;
 use crate::xml::{title, words};
 use wireloom_core::identity::Identity;
