@@ -8,7 +8,7 @@ use std::fmt::{self, Display, Formatter};
 pub struct Finding {
     /// One sentence or two.
     pub what: String,
-    /// The places, with KBL ids and faulty numbers; empty if `what` is complete.
+    /// The places, with ids of the file and faulty numbers; empty if `what` is complete.
     pub items: Vec<String>,
 }
 

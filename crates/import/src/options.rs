@@ -23,11 +23,11 @@ pub struct Options {
     pub selection: Selection,
     /// Name of the scenario; `None`: the description or part number of the harness.
     pub name: Option<String>,
-    /// The KBL file, which the scenario then names, so that results can be written back into it.
+    /// The file. The scenario names it if it is KBL, so that results can be written back into it.
     pub file: Option<Source>,
 }
 
-/// A KBL file.
+/// A harness file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// Its name.
@@ -121,7 +121,7 @@ pub struct Variant {
     pub modules: Vec<String>,
 }
 
-/// A scenario made from a KBL file.
+/// A scenario made from a harness file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
     /// TOML text of the scenario.

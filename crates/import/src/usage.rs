@@ -27,7 +27,7 @@ pub(super) struct Element {
 /// What an import does with the elements of one kind: their numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
-    /// Name of the element in KBL.
+    /// Class of the element in the file.
     pub kind: String,
     /// In the file.
     pub total: usize,
