@@ -152,7 +152,7 @@ pub enum ImportError {
         longest = Quantity::Length.range()[1]
     )]
     TooLarge {
-        /// Id of the longest KBL segment.
+        /// Id of the longest segment of the file.
         id: String,
         /// Its length, m.
         length: f64,

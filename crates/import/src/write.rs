@@ -274,7 +274,7 @@ fn write_tolerances(out: &mut String, harness: &Harness) {
     if !varied.is_empty() {
         let _ = writeln!(
             out,
-            "\n# Tolerances of lengths in the KBL file, as a sweep. To switch it on, remove `# ` from the lines \
+            "\n# Tolerances of lengths in the file, as a sweep. To switch it on, remove `# ` from the lines \
              below.\n\
              # [sweep]\n# method = \"latin-hypercube\"\n# samples = {SAMPLES}\n# [sweep.vary]\n{varied}\
              # End of the sweep."
