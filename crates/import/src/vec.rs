@@ -20,7 +20,8 @@
 //!
 //! **Geometry.** Curves are NURBS with knots and weights of their own. The points of a building block have its unit,
 //! and its place in the `HarnessGeometrySpecification3D` that is no formboard. A file without 3D geometry says how
-//! long its segments are, not where they lie: it becomes a harness on a board ([`Arrangement::Board`]), and nothing else.
+//! long its segments are, not where they lie: it becomes a harness on a board ([`Arrangement::Board`]), and nothing
+//! else.
 //!
 //! **Length.** That of the class `Adapted` where a segment has one (it is the length the harness is built to), else
 //! that of the class `Designed` (that of the drawn curve).
