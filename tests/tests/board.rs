@@ -270,7 +270,7 @@ fn refused() -> Result<(), Failed> {
         ensure(!place.path("o").exists(), || format!("{ended:#?}"))
     };
     place.file("harness.txt", "");
-    says(&["harness.txt"], 1, &["a scenario (.toml) or a KBL file (.kbl, .xml), not of `.txt`"])?;
+    says(&["harness.txt"], 1, &["a scenario (.toml), a KBL file (.kbl, .xml) or a VEC file (.vec), not of `.txt`"])?;
     place.file("not.kbl", "<other/>");
     says(&["not.kbl"], 1, &["not.kbl cannot be imported: 1:1: "])?;
     says(&["s.toml", "--memory", "1.2"], 1, &["between 0 (as in the scenario) and 1 (as on the board), not 1.2"])?;
@@ -285,7 +285,7 @@ fn refused() -> Result<(), Failed> {
     says(&["s.toml", "--gap", "-1"], 1, &["above zero"])?;
     says(&["s.toml", "--margin", "-1"], 1, &["above zero"])?;
     says(&["s.toml", "--paper", "a9"], 1, &["a0"])?;
-    says(&["s.toml", "--variant", "x"], 1, &["--variant chooses modules of a KBL file; s.toml is a scenario"])?;
+    says(&["s.toml", "--variant", "x"], 1, &["--variant chooses modules of a KBL or VEC file; s.toml is a scenario"])?;
     place.file("faulty.toml", loop_of("-1 mm"));
     says(&["faulty.toml"], 1, &["faulty.toml:"])?;
     let body = fs::read_to_string(root().join("scenarios/assembly/springy_on_an_offset_arm.toml"))?;

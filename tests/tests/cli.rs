@@ -370,7 +370,7 @@ fn compare_of_kbl() -> Checked {
         (&["small.kbl"], "two or more --variants"),
         (&["h.kbl", "--variants", "plain,full,plain"], "--variants names `plain` twice"),
         (&["h.kbl", "--variants", "plain,fool"], "there is no variant \"fool\""),
-        (&["h.kbl", "small.kbl", "--variants", "plain,full"], "--variants chooses modules of one KBL file"),
+        (&["h.kbl", "small.kbl", "--variants", "plain,full"], "--variants chooses modules of one KBL or VEC file"),
     ] {
         let ended = place.run(&[&["compare"], arguments].concat())?.expect(1)?;
         ensure(ended.err.contains(words), &ended)?;

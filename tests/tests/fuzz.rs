@@ -8,6 +8,7 @@ use std::time::Duration;
 use wireloom::export::json;
 use wireloom::harness::ShapeFile;
 use wireloom::import::kbl::{Arrangement, Options, Order, import};
+use wireloom::import::vec;
 use wireloom::scenario::{Files, record, render};
 use wireloom::session::{Checkpoint, Observer, Progress};
 use wireloom::shapes::mesh;
@@ -232,6 +233,38 @@ fn kbl_files_never_make_the_importer_panic_and_what_it_writes_is_a_scenario() {
         let arrangement = [Arrangement::Installed, Arrangement::Board, Arrangement::Assembly][turn.get() % 3];
         let order = if turn.get().is_multiple_of(2) { Order::Outward } else { Order::Random(turn.get() as u64) };
         let Ok(imported) = import(&text, &Options { arrangement, order, ..Options::default() }) else { return false };
+        if let Err(faults) = wireloom::load(&imported.scenario, &registry) {
+            panic!("{}\n{}", render(&imported.scenario, &faults), imported.scenario);
+        }
+        true
+    });
+}
+
+#[test]
+fn vec_files_never_make_the_importer_panic_and_what_it_writes_is_a_scenario() {
+    let words = [
+        "<TopologySegment id=\"x\">",
+        "</TopologySegment>",
+        "<Knots>",
+        "<Knots>1</Knots>",
+        "<Weight>",
+        "<Segment>",
+        "<SubWireElement id=\"y\">",
+        "<Exponent>-9",
+        "xsi:type=\"vec:CompositeUnit\"",
+        "<Factors>uGM uGM",
+        "FromEndNode",
+        "<!--",
+        "n1 n2",
+        "s1 s2 s1",
+    ];
+    let registry = wireloom::registry();
+    let turn = Cell::new(0);
+    fuzz("VEC", &[bytes("crates/import/tests/small.vec")], &words, |bytes| {
+        let text = String::from_utf8_lossy(bytes);
+        turn.set(turn.get() + 1);
+        let arrangement = [Arrangement::Installed, Arrangement::Board, Arrangement::Assembly][turn.get() % 3];
+        let Ok(imported) = vec::import(&text, &Options { arrangement, ..Options::default() }) else { return false };
         if let Err(faults) = wireloom::load(&imported.scenario, &registry) {
             panic!("{}\n{}", render(&imported.scenario, &faults), imported.scenario);
         }

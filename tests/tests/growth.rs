@@ -4,6 +4,7 @@ use std::fmt::Write;
 use wireloom::export::report::{Points, write_points};
 use wireloom::export::table::{Column, Table};
 use wireloom::import::kbl::{Arrangement, Options, import};
+use wireloom::import::vec;
 use wireloom_tests::growth::no_square;
 
 const SECTION: &str = "schema = 1\n[sections.s]\ndiameter = \"8 mm\"\nlinear_density = 0.12\naxial_stiffness = 2e4\n\
@@ -145,6 +146,86 @@ fn importing_a_large_harness_takes_no_square_of_its_size() {
             assert!(import(text, &options).is_ok_and(|imported| imported.scenario.len() > 100_000));
         });
     }
+}
+
+/// So many segments in a row without geometry, each with a wire of its own, a clip and a covering, and one cable of
+/// very many cores.
+fn vec_file(n: usize) -> String {
+    let value = |name: &str, unit: &str, value: f64| {
+        format!("<{name}><UnitComponent>{unit}</UnitComponent><ValueComponent>{value}</ValueComponent></{name}>")
+    };
+    let mut text = String::from(
+        "<VecContent xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><DocumentVersion>\
+         <Specification xsi:type=\"TopologySpecification\">",
+    );
+    for k in 0..=n {
+        let _ = write!(text, "<TopologyNode id=\"n{k}\"><Identification>same</Identification></TopologyNode>");
+    }
+    for k in 0..n {
+        let length = value("Length", "mm", 100.0);
+        let _ = write!(
+            text,
+            "<TopologySegment id=\"s{k}\"><Identification>same</Identification><EndNode>n{}</EndNode>\
+             <StartNode>n{k}</StartNode><LengthInformation>{length}<Classification>Designed</Classification>\
+             </LengthInformation></TopologySegment>",
+            k + 1
+        );
+    }
+    text += "</Specification><Specification xsi:type=\"CompositionSpecification\">";
+    for k in 0..n {
+        let _ = write!(
+            text,
+            "<Component id=\"o{k}\"><Role xsi:type=\"WireRole\" id=\"o{k}r\"><WireSpecification>cable\
+             </WireSpecification><WireElementReference id=\"w{k}\"><ReferencedWireElement>c{k}\
+             </ReferencedWireElement></WireElementReference></Role></Component>\
+             <Component id=\"f{k}\"><Role xsi:type=\"FixingRole\" id=\"f{k}r\"><FixingSpecification>none\
+             </FixingSpecification></Role></Component>\
+             <Component id=\"t{k}\"><Role xsi:type=\"TapeRole\" id=\"t{k}r\"><WireProtectionSpecification>tape\
+             </WireProtectionSpecification></Role></Component>"
+        );
+    }
+    text += "</Specification><Specification xsi:type=\"RoutingSpecification\">";
+    for k in 0..n {
+        let path = format!("<Path id=\"q{k}p\"><Segment>s{k}</Segment></Path>");
+        let _ = write!(text, "<Routing id=\"q{k}\"><RoutedElement>w{k}</RoutedElement>{path}</Routing>");
+    }
+    text += "</Specification><Specification xsi:type=\"PlacementSpecification\">";
+    for k in 0..n {
+        let offset = value("Offset", "mm", 50.0);
+        let at = format!("{offset}<Anchor>FromEndNode</Anchor><ReferencedSegment>s{k}</ReferencedSegment>");
+        let node = |tag: &str, node: usize| {
+            format!("<{tag} xsi:type=\"NodeLocation\"><ReferencedNode>n{node}</ReferencedNode></{tag}>")
+        };
+        let _ = write!(
+            text,
+            "<Placement xsi:type=\"OnPointPlacement\" id=\"fp{k}\"><PlacedElement>f{k}</PlacedElement>\
+             <Location xsi:type=\"SegmentLocation\">{at}</Location></Placement>\
+             <Placement xsi:type=\"OnWayPlacement\" id=\"tp{k}\"><PlacedElement>t{k}</PlacedElement>\
+             {}{}</Placement>",
+            node("EndLocation", k + 1),
+            node("StartLocation", k)
+        );
+    }
+    text += "</Specification><Specification xsi:type=\"TapeSpecification\" id=\"tape\"></Specification>\
+             <Specification xsi:type=\"WireSpecification\" id=\"cable\"><WireElement id=\"all\">";
+    for k in 0..n {
+        let _ = write!(
+            text,
+            "<SubWireElement id=\"c{k}\"><WireElementSpecification>core</WireElementSpecification></SubWireElement>"
+        );
+    }
+    text += "</WireElement></Specification>\
+             <Specification xsi:type=\"WireElementSpecification\" id=\"core\"></Specification></DocumentVersion>";
+    text + "<Unit xsi:type=\"SIUnit\" id=\"mm\"><SiUnitName>Metre</SiUnitName><SiPrefix>Milli</SiPrefix></Unit>\
+            </VecContent>"
+}
+
+#[test]
+fn importing_a_large_vec_file_takes_no_square_of_its_size() {
+    let options = Options { max_segment: 0.1, arrangement: Arrangement::Board, ..Options::default() };
+    no_square("import of VEC", 4500, vec_file, |text| {
+        assert!(vec::import(text, &options).is_ok_and(|imported| imported.scenario.len() > 100_000));
+    });
 }
 
 #[test]

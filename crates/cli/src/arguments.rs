@@ -123,7 +123,7 @@ pub enum Command {
         #[command(subcommand)]
         format: HarnessFile,
     },
-    /// Lay the harness of a scenario or a KBL file flat on a formboard, and draw it at 1:1
+    /// Lay the harness of a scenario, a KBL or a VEC file flat on a formboard, and draw it at 1:1
     ///
     /// Writes board.svg, board.dxf, board.pdf (pages at 1:1 with marks, tables of parts, branches and wires) and
     /// board.toml, a scenario of the harness built flat: it is at rest there, held by pegs. Branches have their true
@@ -551,11 +551,11 @@ pub struct ProcessArguments {
 
 #[derive(Args)]
 pub struct CompareArguments {
-    /// Folders with results, result.json files, scenarios (.toml), or one KBL file (.kbl, .xml): the variants of its
-    /// harness, as installed
+    /// Folders with results, result.json files, scenarios (.toml), or one KBL or VEC file (.kbl, .xml, .vec): the
+    /// variants of its harness, as installed
     #[arg(required = true, value_name = "DIR|FILE")]
     pub inputs: Vec<PathBuf>,
-    /// Of a KBL file: take these variants instead of all that have modules
+    /// Of a KBL or VEC file: take these variants instead of all that have modules
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub variants: Vec<String>,
     /// Run the one scenario given (or each variant) with each of these models for all its joints
@@ -603,7 +603,11 @@ pub struct CompareArguments {
 #[derive(Subcommand)]
 pub enum Format {
     /// KBL (VDA 4964): topology, centre curves, wires, connectors and fixings of a harness
-    Kbl(KblArguments),
+    Kbl(HarnessArguments),
+    /// VEC (VDA 4968), versions 1.2 to 2.2: topology, 3D geometry, wires, connectors and fixings of a harness
+    ///
+    /// A file without 3D geometry says how long its segments are, not where they lie: --as board lays it on a board.
+    Vec(HarnessArguments),
     /// STEP (ISO 10303-21): the parts of an assembly as meshes, and obstacles that place them. Python reads it with
     /// Open CASCADE: python3 -m pip install "cadquery-ocp-novtk>=8"
     Step(StepArguments),
@@ -657,7 +661,7 @@ pub struct KblExportArguments {
 
 #[derive(Args)]
 pub struct FormboardArguments {
-    /// A scenario (.toml) or a KBL file (.kbl, .xml)
+    /// A scenario (.toml), a KBL file (.kbl, .xml) or a VEC file (.vec)
     pub file: PathBuf,
     /// Folder for the board, made where it is missing
     #[arg(short, long, value_name = "DIR")]
@@ -691,7 +695,7 @@ pub struct FormboardArguments {
     /// it keeps those of the file
     #[arg(long, value_name = "RATIO", default_value_t = 1.0, allow_negative_numbers = true)]
     pub memory: f64,
-    /// Of a KBL file: take the modules of this variant instead of all
+    /// Of a KBL or VEC file: take the modules of this variant instead of all
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
     #[command(flatten)]
@@ -733,8 +737,8 @@ pub struct StepArguments {
 }
 
 #[derive(Args)]
-pub struct KblArguments {
-    /// The KBL file
+pub struct HarnessArguments {
+    /// The file
     pub file: PathBuf,
     /// File for the scenario [default: standard output]
     #[arg(short, long, value_name = "FILE")]
@@ -750,15 +754,15 @@ pub struct KblArguments {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub modules: Vec<String>,
     /// Start and end of the scenario
-    #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = KblArrangement::Installed)]
-    pub arrangement: KblArrangement,
+    #[arg(long = "as", value_name = "ARRANGEMENT", value_enum, default_value_t = HarnessArrangement::Installed)]
+    pub arrangement: HarnessArrangement,
     /// Which part of the angles of the board the joints have at rest, with --as board or assembly: 1 if the harness is
     /// built flat and at rest there, 0 if its joints keep their drawn angles [default: 1 with board, 0.3 with assembly]
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     pub memory: Option<f64>,
     /// Order in which an assembly installs connectors and clips [default: outward]
     #[arg(long, value_enum)]
-    pub order: Option<KblOrder>,
+    pub order: Option<InstallOrder>,
     /// Number of the random order [default: 0]
     #[arg(long, value_name = "N", requires = "order")]
     pub seed: Option<u64>,
@@ -779,9 +783,9 @@ pub struct KblArguments {
     pub name: Option<String>,
 }
 
-/// Start and end of the scenario of a KBL file.
+/// Start and end of the scenario of a harness file.
 #[derive(Clone, Copy, clap::ValueEnum)]
-pub enum KblArrangement {
+pub enum HarnessArrangement {
     /// In the vehicle, as drawn
     Installed,
     /// Flat on a formboard, held by pegs
@@ -792,7 +796,7 @@ pub enum KblArrangement {
 
 /// Order in which an assembly installs.
 #[derive(Clone, Copy, clap::ValueEnum)]
-pub enum KblOrder {
+pub enum InstallOrder {
     /// Along the cable from the connector of the heaviest branch outward
     Outward,
     /// Any, by --seed

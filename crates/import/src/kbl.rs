@@ -34,36 +34,18 @@
 //! beyond it is installed. At the end every connector is released to turn freely and is then mated again, which
 //! removes whole turns of twist that depend on the order.
 
-mod anatomy;
-mod assembly;
-mod board;
-mod constraints;
-mod convert;
-mod curve;
-mod document;
-mod error;
 pub mod export;
-mod findings;
 mod fit;
-mod harness;
-mod identities;
-mod names;
-mod options;
-mod runs;
-mod section;
-mod segments;
-mod tree;
-mod unit;
-mod usage;
-mod write;
+mod reader;
 
-pub use error::ImportError;
-pub use findings::Finding;
-pub use options::{Arrangement, Contents, Imported, Module, Options, Order, Selection, Source, Variant, WireRun};
-pub use usage::Usage;
+pub use crate::error::ImportError;
+pub use crate::findings::Finding;
+pub use crate::options::{
+    Arrangement, Contents, Imported, Module, Options, Order, Selection, Source, Variant, WireRun,
+};
+pub use crate::usage::Usage;
 
-use findings::Findings;
-use usage::Use;
+use crate::scenario;
 
 /// Turns the text of a KBL file into a scenario.
 ///
@@ -72,26 +54,7 @@ use usage::Use;
 /// segments do not make a harness, or one that is too large. What a harness can do without (curves, wires, coverings,
 /// fixings) is never an error: it is replaced by a stated rule and reported in [`Imported::findings`].
 pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
-    if !(options.max_segment.is_finite() && options.max_segment > 0.0) {
-        return Err(ImportError::MaxSegment { found: options.max_segment });
-    }
-    let memory = options.memory_of_board();
-    if !(0.0..=1.0).contains(&memory) {
-        return Err(ImportError::Memory { found: memory });
-    }
-    let mut findings = Findings::default();
-    let mut document = document::read(text, &options.selection, &mut findings)?;
-    let (harness, acting) = convert::convert(&document, options, &mut findings)?;
-    for element in document.elements.iter_mut().filter(|element| acting.contains(&element.id)) {
-        element.usage = Use::Used;
-    }
-    let usage = usage::count(&document.elements);
-    for own in usage.iter().filter(|own| own.not_read > 0) {
-        findings.add_to("elements that are not read", format!("{} {}", own.not_read, own.kind));
-    }
-    let scenario = write::scenario(&harness, options, &usage, &mut findings);
-    let wires = runs::runs(&document, &harness);
-    Ok(Imported { scenario, findings: findings.list, usage, wires })
+    scenario::make(options, |findings| reader::read(text, &options.selection, findings))
 }
 
 /// The modules and variants of a KBL file, for [`Options::selection`].
@@ -99,5 +62,5 @@ pub fn import(text: &str, options: &Options) -> Result<Imported, ImportError> {
 /// # Errors
 /// Where the text is not XML or not KBL.
 pub fn contents(text: &str) -> Result<Contents, ImportError> {
-    document::contents(text)
+    reader::contents(text)
 }

@@ -1,4 +1,4 @@
-//! Harness files of other programs to scenarios. Results go back into them with [`kbl`](crate::kbl).
+//! Harness files of other programs, KBL and VEC, to scenarios. Results go back into KBL with [`kbl`](crate::kbl).
 //!
 //! ```
 //! use wireloom::import::kbl::{Options, import};
@@ -7,4 +7,4 @@
 //! println!("{}", refused.err().expect("it is no KBL file"));
 //! ```
 
-pub use wireloom_import::kbl;
+pub use wireloom_import::{kbl, vec};

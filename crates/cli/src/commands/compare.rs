@@ -3,6 +3,7 @@
 mod variants;
 
 use crate::arguments::CompareArguments;
+use crate::commands::import::HarnessFormat;
 use crate::failure::{Failure, Outcome};
 use crate::files::folder;
 use crate::files::load::{self, Loaded};
@@ -28,15 +29,15 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     let variants = variants::variants(arguments)?;
     let trust = Trust::to_run(&arguments.allowed);
     let refused = |message: &str| Err(Failure::Input(message.into()));
-    if !arguments.variants.is_empty() && !matches!(&arguments.inputs[..], [file] if is_kbl(file)) {
-        return refused("--variants chooses modules of one KBL file (.kbl, .xml)");
+    if !arguments.variants.is_empty() && !matches!(&arguments.inputs[..], [file] if HarnessFormat::of(file).is_some()) {
+        return refused("--variants chooses modules of one KBL or VEC file (.kbl, .xml, .vec)");
     }
     let bar = Bar::new("reading", !arguments.quiet && arguments.trace.verbose == 0);
     let mut trace = Trace::begin(&arguments.trace)?;
     let mut wanted = arguments.inputs.len().max(variants.len());
     let cases = match (&arguments.inputs[..], variants.len()) {
-        ([file], _) if is_kbl(file) => {
-            let all = variants::of_file(file, &arguments.variants)?;
+        ([file], _) if let Some(format) = HarnessFormat::of(file) => {
+            let all = variants::of_file(file, format, &arguments.variants)?;
             wanted = all.len() * variants.len().max(1);
             if wanted < 2 {
                 return refused("nothing to compare it with: give two or more --variants");
@@ -78,7 +79,7 @@ pub fn compare(arguments: &CompareArguments, out: &mut dyn Write) -> Result<Outc
     let trends = trends(arguments, &cases);
     let alike = [&arguments.joint, &arguments.rod, &arguments.set].iter().all(|tried| tried.is_empty())
         && arguments.segments.is_empty()
-        && !arguments.inputs.iter().any(|input| is_kbl(input));
+        && !arguments.inputs.iter().any(|input| HarnessFormat::of(input).is_some());
     // Results are printed before the file is written, which may fail.
     let print = |mut out: &mut dyn Write| {
         if arguments.json {
@@ -118,10 +119,6 @@ fn title(arguments: &CompareArguments) -> String {
 
 pub fn is_scenario(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
-}
-
-fn is_kbl(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| ["kbl", "xml"].iter().any(|kbl| extension.eq_ignore_ascii_case(kbl)))
 }
 
 /// Convergence under mesh refinement, where three or more meshes are compared and nothing else.

@@ -1,6 +1,6 @@
 //! `wireloom formboard`: the harness flat, its drawings, and a scenario of it.
 
-use super::import::{ACCURACY, source};
+use super::import::{ACCURACY, HarnessFormat, source};
 use crate::arguments::values::too_large;
 use crate::arguments::{FormboardArguments, Paper};
 use crate::failure::{Failure, Outcome};
@@ -28,9 +28,9 @@ struct Source {
     /// All kinds that the scenario may name.
     registry: Registry,
     files: Box<dyn Files>,
-    /// Wires one by one, of a KBL file.
+    /// Wires one by one, of a file of another format.
     wires: Option<Vec<kbl::WireRun>>,
-    /// Irregularities of a KBL file.
+    /// Irregularities of such a file.
     findings: Vec<kbl::Finding>,
     /// Whether the scenario names other files.
     names_others: bool,
@@ -83,15 +83,15 @@ pub fn formboard(arguments: &FormboardArguments, out: &mut dyn Write) -> Result<
     Ok(Outcome::Done)
 }
 
-/// Reads a scenario, or a KBL file.
+/// Reads a scenario, or a harness file of another format.
 fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
     let FormboardArguments { file, variant, allowed, .. } = arguments;
     let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match extension.as_str() {
-        "toml" => {
+    match (extension.as_str(), HarnessFormat::of(file)) {
+        ("toml", _) => {
             if variant.is_some() {
                 return Err(Failure::Input(format!(
-                    "--variant chooses modules of a KBL file; {} is a scenario, which has none",
+                    "--variant chooses modules of a KBL or VEC file; {} is a scenario, which has none",
                     file.display()
                 )));
             }
@@ -109,13 +109,20 @@ fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
                 names_others,
             })
         }
-        "kbl" | "xml" => {
+        (_, Some(format)) => {
             let text = load::text(file)?;
             let selection = variant.clone().map_or(kbl::Selection::All, kbl::Selection::Variant);
             let from = Some(source(file, &text));
-            let options = kbl::Options { accuracy: Some(ACCURACY), selection, file: from, ..kbl::Options::default() };
-            let imported = kbl::import(&text, &options)
-                .map_err(|error| Failure::Input(format!("{} cannot be imported: {error}", file.display())))?;
+            let mut options =
+                kbl::Options { accuracy: Some(ACCURACY), selection, file: from, ..kbl::Options::default() };
+            let mut imported = (format.import)(&text, &options);
+            if matches!(imported, Err(kbl::ImportError::NoGeometry { .. })) {
+                // Its lengths are enough for a board.
+                options.arrangement = kbl::Arrangement::Board;
+                imported = (format.import)(&text, &options);
+            }
+            let refused = |error| Failure::Input(format!("{} cannot be imported: {error}", file.display()));
+            let imported = imported.map_err(refused)?;
             let registry = wireloom::registry();
             let loaded = wireloom::load(&imported.scenario, &registry);
             let (scenario, _) = loaded
@@ -123,8 +130,9 @@ fn read(arguments: &FormboardArguments) -> Result<Source, Failure> {
             let (text, wires, findings) = (imported.scenario, Some(imported.wires), imported.findings);
             Ok(Source { text, scenario, registry, files: Box::new(NoFiles), wires, findings, names_others: false })
         }
-        _ => Err(Failure::Input(format!(
-            "{}: a formboard is made of a scenario (.toml) or a KBL file (.kbl, .xml), not of `.{extension}`",
+        (_, None) => Err(Failure::Input(format!(
+            "{}: a formboard is made of a scenario (.toml), a KBL file (.kbl, .xml) or a VEC file (.vec), not of \
+             `.{extension}`",
             file.display()
         ))),
     }

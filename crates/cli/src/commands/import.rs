@@ -3,7 +3,7 @@
 
 pub mod step;
 
-use crate::arguments::{KblArguments, KblArrangement, KblOrder};
+use crate::arguments::{HarnessArguments, HarnessArrangement, InstallOrder};
 use crate::failure::{Failure, Outcome};
 use crate::files::{folder, load};
 use crate::print::progress::Bar;
@@ -13,23 +13,26 @@ use crate::size;
 use std::io::{self, Write};
 use std::path::Path;
 use wireloom::export::sha256;
-use wireloom::import::kbl::{Arrangement, Contents, Options, Order, Selection, Source, Usage, contents, import};
+use wireloom::import::kbl::{
+    Arrangement, Contents, ImportError, Imported, Options, Order, Selection, Source, Usage, contents, import,
+};
+use wireloom::import::vec;
 
 /// The order of an assembly; nothing else has one.
-fn order(arguments: &KblArguments, arrangement: Arrangement) -> Result<Order, Failure> {
+fn order(arguments: &HarnessArguments, arrangement: Arrangement) -> Result<Order, Failure> {
     let refused = |message: &str| Err(Failure::Input(message.to_owned()));
     match (arguments.order, arguments.seed) {
         (Some(_), _) if arrangement != Arrangement::Assembly => {
             refused("--order says how an assembly goes; add --as assembly")
         }
-        (Some(KblOrder::Random), seed) => Ok(Order::Random(seed.unwrap_or(0))),
-        (Some(KblOrder::Outward), Some(_)) => refused("--seed says which random order; add --order random"),
-        (Some(KblOrder::Outward) | None, _) => Ok(Order::Outward),
+        (Some(InstallOrder::Random), seed) => Ok(Order::Random(seed.unwrap_or(0))),
+        (Some(InstallOrder::Outward), Some(_)) => refused("--seed says which random order; add --order random"),
+        (Some(InstallOrder::Outward) | None, _) => Ok(Order::Outward),
     }
 }
 
 /// The memory of the board, if given; a harness as installed has none.
-fn memory(arguments: &KblArguments, arrangement: Arrangement) -> Result<Option<f64>, Failure> {
+fn memory(arguments: &HarnessArguments, arrangement: Arrangement) -> Result<Option<f64>, Failure> {
     if arguments.memory.is_some() && arrangement == Arrangement::Installed {
         let message = "--memory says how much a harness keeps of its board; add --as board or --as assembly";
         return Err(Failure::Input(message.to_owned()));
@@ -37,7 +40,29 @@ fn memory(arguments: &KblArguments, arrangement: Arrangement) -> Result<Option<f
     Ok(arguments.memory)
 }
 
-/// A KBL file, for the scenario that is made from it.
+/// A format of harness files.
+pub struct HarnessFormat {
+    pub import: fn(&str, &Options) -> Result<Imported, ImportError>,
+    pub contents: fn(&str) -> Result<Contents, ImportError>,
+    /// Its command.
+    pub command: &'static str,
+}
+
+pub const KBL: HarnessFormat = HarnessFormat { import, contents, command: "import kbl" };
+pub const VEC: HarnessFormat = HarnessFormat { import: vec::import, contents: vec::contents, command: "import vec" };
+
+impl HarnessFormat {
+    /// That of a file, by the end of its name; `None`: it is no harness file.
+    pub fn of(path: &Path) -> Option<&'static Self> {
+        match path.extension()?.to_string_lossy().to_lowercase().as_str() {
+            "kbl" | "xml" => Some(&KBL),
+            "vec" => Some(&VEC),
+            _ => None,
+        }
+    }
+}
+
+/// A harness file, for the scenario that is made from it.
 pub fn source(path: &Path, text: &str) -> Source {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Source { name, sha256: sha256(text.as_bytes()) }
@@ -46,21 +71,21 @@ pub fn source(path: &Path, text: &str) -> Source {
 /// Accuracy of a mesh whose user asks for none.
 pub const ACCURACY: f64 = 0.02;
 
-/// Imports KBL to a scenario, which is then checked as by `wireloom check`.
-pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Failure> {
+/// Imports a harness file to a scenario, which is then checked as by `wireloom check`.
+pub fn harness(arguments: &HarnessArguments, format: &HarnessFormat, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let bar = Bar::new(format!("importing {}", arguments.file.display()), true);
     let text = load::text(&arguments.file)?;
     let refused = |error| Failure::Input(format!("{} cannot be imported: {error}", arguments.file.display()));
     if arguments.list {
-        let contents = contents(&text).map_err(refused)?;
+        let contents = (format.contents)(&text).map_err(refused)?;
         drop(bar);
         list(&contents, out).map_err(Failure::standard_output)?;
         return Ok(Outcome::Done);
     }
     let arrangement = match arguments.arrangement {
-        KblArrangement::Installed => Arrangement::Installed,
-        KblArrangement::Board => Arrangement::Board,
-        KblArrangement::Assembly => Arrangement::Assembly,
+        HarnessArrangement::Installed => Arrangement::Installed,
+        HarnessArrangement::Board => Arrangement::Board,
+        HarnessArrangement::Assembly => Arrangement::Assembly,
     };
     let options = Options {
         max_segment: arguments.spacing.unwrap_or(Options::default().max_segment),
@@ -76,7 +101,7 @@ pub fn kbl(arguments: &KblArguments, out: &mut dyn Write) -> Result<Outcome, Fai
         name: arguments.name.clone(),
         file: Some(source(&arguments.file, &text)),
     };
-    let imported = import(&text, &options).map_err(refused)?;
+    let imported = (format.import)(&text, &options).map_err(refused)?;
     drop(bar);
     let mut said: Vec<u8> = Vec::new();
     for finding in &imported.findings {

@@ -30,16 +30,17 @@ mod points;
 pub use computed::{Branch, Computed, Held};
 pub use error::ExportError;
 
-use super::constraints::Holding;
-use super::curve::{Curve, Fit, Knots, Vector};
-use super::document::xml::{Read, Xml, child, child_text, children, text, xml};
-use super::document::{self, Document, Fixing};
-use super::findings::{Finding, Findings};
 use super::fit::{self, fit};
-use super::options::Selection;
-use super::section::Types;
-use super::segments::{Laid, lay_all};
-use super::unit::{Quantity, Unit};
+use super::reader;
+use crate::constraints::Holding;
+use crate::curve::{Curve, Fit, Knots, Vector};
+use crate::document::{Document, Fixing};
+use crate::findings::{Finding, Findings};
+use crate::options::Selection;
+use crate::section::Types;
+use crate::segments::{Laid, lay_all};
+use crate::unit::{Quantity, Unit};
+use crate::xml::{KBL, Read, Xml, child, child_text, children, ids, text, xml};
 use computed::JOINED;
 use edits::{Edits, direction, significant};
 use line::Line;
@@ -137,17 +138,17 @@ pub struct Shifted {
 /// [`ExportError`] where the file cannot be imported, the result has segments that it has not, or what the result has
 /// at a node or a segment is nothing that KBL can say.
 pub fn export(text: &str, computed: &Computed, tolerance: f64) -> Result<Exported, ExportError> {
-    let document = document::read(text, &Selection::All, &mut Findings::default())?;
+    let document = reader::read(text, &Selection::All, &mut Findings::default())?;
     let mut types = Types::new();
     let wires: Vec<usize> = document.wires.iter().map(|wire| types.wire(wire, &mut Findings::default())).collect();
     let laid = lay_all(&document, &mut types, &wires, &mut Findings::default());
     let mut notes = Findings::default();
     let lines = line::lines(&document, computed, &mut notes)?;
     let ends = node_ends(&document, &lines)?;
-    let file = xml(text)?;
+    let file = xml(text, &KBL)?;
     let read = Read::nothing_of(&file);
     let root = Xml::root(&file, &read);
-    let ids = document::ids(root)?;
+    let ids = ids(root)?;
     let mut writer = Writer {
         document: &document,
         laid: &laid,

@@ -6,7 +6,7 @@
 //! distances from points of the line at the parameters of their arc lengths (least squares; Piegl and Tiller 1997,
 //! section 9.4).
 
-use super::curve::{Knots, Piece, Polygon, Vector, blossom, span};
+use crate::curve::{Knots, Piece, Polygon, Vector, blossom, span};
 
 /// Degree of the splines.
 const DEGREE: usize = 3;
@@ -62,7 +62,7 @@ fn with_spans(line: &Line, spans: usize, reading: Knots) -> Fitted {
         Knots::Uniform => unclamped(&clamped, &knots),
     };
     let round = |point: Vector| point.map(|x| (x * ROUND).round() / ROUND);
-    let polygon = Polygon { degree: DEGREE, points: points.into_iter().map(round).collect() };
+    let polygon = Polygon::without_knots(DEGREE, points.into_iter().map(round).collect());
     let piece = Piece::new(&polygon, reading);
     let apart = |(j, x): (usize, &Vector)| (piece.point(j as f64 / count as f64) - x).norm();
     let distance = samples.iter().enumerate().map(apart).fold(0.0, f64::max);
@@ -142,7 +142,7 @@ fn unclamped(points: &[Vector], knots: &[f64]) -> Vec<Vector> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kbl::curve::{Curve, Fit};
+    use crate::curve::{Curve, Fit};
 
     /// A quarter of a helix of radius 0.1 m.
     fn helix(f: f64) -> Vector {
@@ -197,7 +197,7 @@ mod tests {
         let knots = Knots::Clamped.of(DEGREE, spans + DEGREE);
         let best = least_squares(&line(), &samples, spans, &knots);
         let sum = |points: &[Vector]| {
-            let piece = Piece::new(&Polygon { degree: DEGREE, points: points.to_vec() }, Knots::Clamped);
+            let piece = Piece::new(&Polygon::without_knots(DEGREE, points.to_vec()), Knots::Clamped);
             samples.iter().enumerate().map(|(j, x)| (piece.point(j as f64 / 240.0) - x).norm_squared()).sum::<f64>()
         };
         for (point, axis, by) in [(2, 0, 1e-6), (2, 1, -1e-6), (3, 2, 1e-6), (3, 0, -1e-6)] {

@@ -1,14 +1,14 @@
-//! Variants that `wireloom compare` carries out: of one scenario, and those of the harness in a KBL file.
+//! Variants that `wireloom compare` carries out: of one scenario, and those of the harness in a file of another format.
 
 use crate::arguments::CompareArguments;
 use crate::arguments::values::setting;
-use crate::commands::import::ACCURACY;
+use crate::commands::import::{ACCURACY, HarnessFormat};
 use crate::failure::Failure;
 use crate::files::load;
 use crate::print::text::{counted, printable};
 use std::io::{self, Write};
 use std::path::Path;
-use wireloom::import::kbl::{Options, Selection, contents, import};
+use wireloom::import::kbl::{Options, Selection};
 use wireloom::scenario::Setting;
 
 /// One of the runs to be compared.
@@ -64,12 +64,13 @@ pub fn variants(arguments: &CompareArguments) -> Result<Vec<Variant>, Failure> {
     Ok(if axes.is_empty() { vec![] } else { all })
 }
 
-/// Variants of the harness in a KBL file, as installed: names and texts. Those `wanted`, or all that have modules.
-pub fn of_file(file: &Path, wanted: &[String]) -> Result<Vec<(String, String)>, Failure> {
+/// Variants of the harness in a KBL or VEC file, as installed: names and texts. Those `wanted`, or all that have
+/// modules.
+pub fn of_file(file: &Path, format: &HarnessFormat, wanted: &[String]) -> Result<Vec<(String, String)>, Failure> {
     let text = load::text(file)?;
     let refused = |error| Failure::Input(format!("{} cannot be imported: {error}", file.display()));
     let names: Vec<String> = if wanted.is_empty() {
-        let all = contents(&text).map_err(refused)?.variants;
+        let all = (format.contents)(&text).map_err(refused)?.variants;
         all.into_iter().filter(|variant| !variant.modules.is_empty()).map(|variant| variant.name).collect()
     } else {
         wanted.iter().map(|name| name.trim().to_owned()).collect()
@@ -81,13 +82,14 @@ pub fn of_file(file: &Path, wanted: &[String]) -> Result<Vec<(String, String)>, 
         }
         let selection = Selection::Variant(name.clone());
         let options = Options { accuracy: Some(ACCURACY), selection, ..Options::default() };
-        let imported = import(&text, &options).map_err(refused)?;
+        let imported = (format.import)(&text, &options).map_err(refused)?;
         // If standard error is closed, the work goes on.
         let _ = writeln!(
             io::stderr(),
-            "{}: {}; `wireloom import kbl --variant` tells what they are",
+            "{}: {}; `wireloom {} --variant` tells what they are",
             printable(&name),
             counted(imported.findings.len(), "finding of the import", "findings of the import"),
+            format.command,
         );
         found.push((name, imported.scenario));
     }

@@ -1,6 +1,6 @@
 //! What is known of a computed harness.
 
-use crate::kbl::curve::Vector;
+use crate::curve::Vector;
 use nalgebra::UnitQuaternion;
 
 /// Largest distance, m, of the ends of branches that end at one point.

@@ -1,7 +1,7 @@
 //! Changes of an XML text by byte ranges, which leave everything else as it is.
 
-use crate::kbl::curve::Vector;
-use crate::kbl::document::xml::{Xml, children};
+use crate::curve::Vector;
+use crate::xml::{Xml, children};
 use std::collections::HashSet;
 use std::ops::Range;
 

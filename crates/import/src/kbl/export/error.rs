@@ -1,6 +1,6 @@
 //! Errors of writing back.
 
-use crate::kbl::error::ImportError;
+use crate::error::ImportError;
 
 /// Why a result cannot be written into a KBL file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

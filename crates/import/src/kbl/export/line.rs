@@ -2,9 +2,9 @@
 
 use super::computed::{Branch, Computed, Held, JOINED};
 use super::error::ExportError;
-use crate::kbl::curve::{Vector, minimum};
-use crate::kbl::document::Document;
-use crate::kbl::findings::Findings;
+use crate::curve::{Vector, minimum};
+use crate::document::Document;
+use crate::findings::Findings;
 use crate::kbl::fit;
 use nalgebra::UnitQuaternion;
 use std::collections::{BTreeMap, HashMap};

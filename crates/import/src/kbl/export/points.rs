@@ -1,8 +1,8 @@
 //! The points of a file, and who refers to them.
 
 use super::edits::{Edits, coordinates};
-use crate::kbl::curve::Vector;
-use crate::kbl::document::xml::{Xml, child, children, text};
+use crate::curve::Vector;
+use crate::xml::{Xml, child, children, text};
 use std::collections::{HashMap, HashSet};
 
 /// Points that differ by less than this, m, are written as one.
