@@ -82,6 +82,30 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
     assert!(moved > 0.9 * (z[k - 2] - z[k - 1]) && jump.increments == 1, "{jump:?}");
 }
 
+/// A jump that is hardly farther than what moves before it is told, too, with the load at which it comes: the same in few
+/// increments as in many. It had no event where it was shorter than eight moves of the increment before (found by the
+/// hunt).
+#[test]
+fn a_jump_in_a_coarse_increment_is_found_and_placed() {
+    let percent = |increments: usize| {
+        let run = strip(&format!(
+            "[[steps]]\nname = \"push\"\nincrements = {increments}\n[[steps.load]]\nload = \"push\"\nfactor = 1\n"
+        ));
+        let jumps = of(&run, EventKind::Jump);
+        let [jump] = jumps[..] else { panic!("{increments}: {jumps:?}") };
+        let (_, place) = jump.message.split_once("at once, at ").expect("a place");
+        let (percent, _) = place.split_once(" %").expect("a unit");
+        percent.parse::<f64>().expect("a number")
+    };
+    let fine = percent(400);
+    for increments in [2, 3, 5, 40] {
+        // A part of an increment that is halved nine times.
+        let resolved = 100.0 / (512 * increments) as f64 + 100.0 / (512 * 400) as f64 + 0.01;
+        let off = (percent(increments) - fine).abs();
+        assert!(off < resolved, "{increments} increments: {off} % away from {fine} %");
+    }
+}
+
 /// Without a jump the same way is gone where a hand leads the middle down and keeps it level: what moves is what is
 /// prescribed. Farther down the halves of the strip are not stable, and round-off decides when one of them snaps.
 #[test]
@@ -128,8 +152,9 @@ fn an_insertion_force_above_what_a_hand_may_push_is_told() {
     assert!((push.value.expect("a force") - 30.0).abs() < 1e-3, "{push:?}");
 }
 
-/// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted: its energy
-/// falls there.
+/// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted, and one whose
+/// branches flip up between their plugs (at the same 97.58 % of the step in 15 and in 240 increments): the energy falls
+/// there.
 #[test]
 fn scenarios_that_do_not_snap_have_no_jumps() {
     for folder in ["analytic", "branches", "assembly"] {
@@ -147,7 +172,7 @@ fn scenarios_that_do_not_snap_have_no_jumps() {
                     Control::Continue
                 });
                 let jumps = of(&run, EventKind::Jump);
-                if path.file_stem().is_some_and(|stem| stem == "hinge") {
+                if ["hinge", "y_compliant_hub"].iter().any(|own| path.file_stem().is_some_and(|stem| stem == *own)) {
                     let [jump] = jumps[..] else { panic!("{name}: {jumps:?}") };
                     let at = |e: &&(usize, usize, f64)| (e.0, e.1) == (jump.first.step_index, jump.first.increment);
                     let k = energies.iter().position(|e| at(&e)).expect("an increment");
