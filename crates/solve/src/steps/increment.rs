@@ -51,7 +51,7 @@ impl Driver<'_, '_> {
         let begun = |f: &usize| step.add.contains(f) || first && network.constraints[*f].from_start;
         let begun = (0..network.constraints.len()).filter(begun).collect();
         let plan = Plan::of_step(&self.problem, step, &step.add).beginning(begun);
-        let moves_only = step.add.is_empty() && step.release.is_empty() && !plan.changes_loads();
+        let moves_only = step.add.is_empty() && step.release.is_empty();
         self.previous_move = moves_only.then_some(0.0);
         plan
     }
