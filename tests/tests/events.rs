@@ -82,6 +82,32 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
     assert!(moved > 0.9 * (z[k - 2] - z[k - 1]) && jump.increments == 1, "{jump:?}");
 }
 
+/// A jump that is hardly farther than what moves before it is told, too, with the load at which it comes: the same in few
+/// increments as in many. It had no event where it was shorter than eight moves of the increment before (found by the
+/// hunt).
+#[test]
+fn a_jump_in_a_coarse_increment_is_found_and_placed() {
+    let percent = |increments: usize| {
+        // Pushed beside its middle, as the halves of a symmetrical strip snap when round-off lets them.
+        let beside = strip_text("").replace("s = 0.5 }\nforce", "s = 0.45 }\nforce");
+        let run = run(&format!(
+            "{beside}[[steps]]\nname = \"push\"\nincrements = {increments}\n[[steps.load]]\nload = \"push\"\nfactor = 1\n"
+        ));
+        let jumps = of(&run, EventKind::Jump);
+        let [jump] = jumps[..] else { panic!("{increments}: {jumps:?}") };
+        let (_, place) = jump.message.split_once("at once, at ").expect("a place");
+        let (percent, _) = place.split_once(" %").expect("a unit");
+        percent.parse::<f64>().expect("a number")
+    };
+    let fine = percent(400);
+    for increments in [1, 2, 3, 5, 40] {
+        // A part of an increment that is halved nine times.
+        let resolved = 100.0 / (512 * increments) as f64 + 100.0 / (512 * 400) as f64 + 0.01;
+        let off = (percent(increments) - fine).abs();
+        assert!(off < resolved, "{increments} increments: {off} % away from {fine} %");
+    }
+}
+
 /// Without a jump the same way is gone where a hand leads the middle down and keeps it level: what moves is what is
 /// prescribed. Farther down the halves of the strip are not stable, and round-off decides when one of them snaps.
 #[test]
@@ -128,10 +154,13 @@ fn an_insertion_force_above_what_a_hand_may_push_is_told() {
     assert!((push.value.expect("a force") - 30.0).abs() < 1e-3, "{push:?}");
 }
 
-/// The shipped scenarios follow one equilibrium each, but for one whose cable snaps over as it is lifted: its energy
-/// falls there.
+/// Shipped scenarios that snap: a cable that is lifted, branches that flip up between their plugs, the loop of a door.
+/// Each does so at the same place of its step, to 0.03 %, in four and in sixteen times as many increments.
+const SNAP: [&str; 4] = ["hinge", "y_compliant_hub", "y_rigid_body", "door"];
+
+/// The other shipped scenarios follow one equilibrium each. Where one snaps, its energy falls.
 #[test]
-fn scenarios_that_do_not_snap_have_no_jumps() {
+fn shipped_scenarios_jump_where_their_energy_falls_and_nowhere_else() {
     for folder in ["analytic", "branches", "assembly"] {
         let Ok(entries) = fs::read_dir(root().join("scenarios").join(folder)) else { continue };
         for path in entries.map(|entry| entry.expect("an entry").path()) {
@@ -147,11 +176,11 @@ fn scenarios_that_do_not_snap_have_no_jumps() {
                     Control::Continue
                 });
                 let jumps = of(&run, EventKind::Jump);
-                if path.file_stem().is_some_and(|stem| stem == "hinge") {
+                if SNAP.iter().any(|own| path.file_stem().is_some_and(|stem| stem == *own)) {
                     let [jump] = jumps[..] else { panic!("{name}: {jumps:?}") };
                     let at = |e: &&(usize, usize, f64)| (e.0, e.1) == (jump.first.step_index, jump.first.increment);
                     let k = energies.iter().position(|e| at(&e)).expect("an increment");
-                    assert!(energies[k].2 < 0.7 * energies[k - 1].2, "{name}: {energies:?}");
+                    assert!(energies[k].2 < energies[k - 1].2, "{name}: {energies:?}");
                 } else {
                     assert_eq!(jumps, Vec::<&Event>::new(), "{name}");
                 }

@@ -127,13 +127,16 @@ impl Place {
 struct Ended {
     code: Option<i32>,
     out: String,
+    /// Without the lines that tell how long a slow machine has worked so far.
     err: String,
 }
 
 impl From<Output> for Ended {
     fn from(output: Output) -> Self {
         let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        Self { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+        let is_progress = |line: &str| line.contains("s: reading ");
+        let err = text(output.stderr).split_inclusive('\n').filter(|line| !is_progress(line)).collect();
+        Self { code: output.status.code(), out: text(output.stdout), err }
     }
 }
 

@@ -10,6 +10,7 @@ mod guide;
 mod increment;
 mod initial_equilibrium;
 pub mod interactive;
+mod jump;
 mod mesh_motion;
 pub mod nearby;
 mod operations;

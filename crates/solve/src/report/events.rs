@@ -18,50 +18,55 @@ use wireloom_core::status::Status;
 use wireloom_core::terms::contact::{ContactViolation, HeldOverlap, Lack};
 use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
 
-/// Factor on the previous move, and on the prescribed one, above which a move is a jump: the harness has left its
-/// equilibrium.
-const OUT_OF_PROPORTION: f64 = 8.0;
-/// Factor on the prescribed turn times the length of the longest branch, which a harness of several branches may move.
-const TURN_FACTOR: f64 = 2.0;
+/// Factor on the previous move above which a move may be a jump.
+const OUT_OF_PROPORTION: f64 = 2.0;
+/// The same where nothing moved before: on the prescribed move, and on the prescribed turn times the length of the
+/// longest branch. A taut cable moves several times as far as its end.
+const BEYOND_PRESCRIBED: [f64; 2] = [8.0, 2.0];
 /// Change of the distance of a held centre line from an obstacle that is round-off, in radii of the cable.
 const SAME_DEPTH: f64 = 1e-6;
 /// Least move of a jump, as a fraction of the longest branch.
-const FAR: f64 = 0.05;
+const FAR: f64 = 0.01;
 
-/// Largest prescribed motion since `before`: the largest move (m) and turn (rad) of the targets of active constraints.
-pub fn prescribed(problem: &Problem<'_>, before: &[Pose]) -> [f64; 2] {
-    let Conditions { active, targets, .. } = problem.conditions();
+/// Largest prescribed motion from some targets to others: the largest move (m) and turn (rad) of the targets of the
+/// active constraints.
+pub fn prescribed(active: &[bool], from: &[Pose], to: &[Pose]) -> [f64; 2] {
     let mut most = [0.0_f64; 2];
-    for ((from, to), _) in before.iter().zip(targets).zip(active).filter(|(_, active)| **active) {
+    for ((from, to), _) in from.iter().zip(to).zip(active).filter(|(_, active)| **active) {
         most[0] = most[0].max((to.position - from.position).norm());
         most[1] = most[1].max(to.orientation.angle_to(&from.orientation));
     }
     most
 }
 
-/// Jump event of an increment in which the harness `moved` by this distance (m), if it is one: it `snapped` through, or
-/// moved far and out of proportion both to the previous increment (`previous`, m) and to the prescribed motion (m,
-/// rad). `length` is that of the longest branch, m.
-pub fn jump(moved: f64, previous: Option<f64>, prescribed: [f64; 2], length: f64, snapped: bool) -> Option<Occurrence> {
-    let expected = OUT_OF_PROPORTION * prescribed[0] + TURN_FACTOR * length * prescribed[1];
-    let leapt =
-        previous.is_some_and(|previous| moved > OUT_OF_PROPORTION * previous) && moved > expected.max(FAR * length);
-    let why = match () {
-        () if leapt => {
-            format!("where {:.1} mm and {:.1}° are prescribed", 1e3 * prescribed[0], prescribed[1].to_degrees())
-        }
-        () if snapped => {
-            "and was found with more iterations than are allowed, after smaller increments did not help".to_owned()
-        }
-        () => return None,
-    };
-    Some(Occurrence {
+/// Whether a harness that `moved` by this distance (m) in an increment may have snapped to another equilibrium: it
+/// moved far, and out of proportion to the previous increment (`previous`, m) or, where nothing moved in that, to the
+/// prescribed motion (m, rad). `length` is that of the longest branch, m.
+pub fn is_out_of_proportion(moved: f64, previous: Option<f64>, prescribed: [f64; 2], length: f64) -> bool {
+    previous.is_some_and(|previous| {
+        let expected = if previous > 0.0 {
+            OUT_OF_PROPORTION * previous
+        } else {
+            BEYOND_PRESCRIBED[0] * prescribed[0] + BEYOND_PRESCRIBED[1] * length * prescribed[1]
+        };
+        moved > expected.max(FAR * length)
+    })
+}
+
+/// Jump event of an increment in which the harness `moved` by this distance (m), and no equilibrium was found within
+/// the allowed iterations.
+pub fn jump_unseen(moved: f64) -> Occurrence {
+    Occurrence {
         kind: EventKind::Jump,
         place: EventPlace::default(),
         value: Some(moved),
         limit: None,
-        message: format!("moved by {:.1} mm in one increment, {why}", 1e3 * moved),
-    })
+        message: format!(
+            "moved by {:.1} mm in one increment, and was found with more iterations than are allowed, after smaller \
+             increments did not help",
+            1e3 * moved
+        ),
+    }
 }
 
 /// Logs the events at the end of an increment; with `all`, all clearances are kept, not only the required ones.

@@ -51,7 +51,7 @@ impl Driver<'_, '_> {
         let begun = |f: &usize| step.add.contains(f) || first && network.constraints[*f].from_start;
         let begun = (0..network.constraints.len()).filter(begun).collect();
         let plan = Plan::of_step(&self.problem, step, &step.add).beginning(begun);
-        let moves_only = step.add.is_empty() && step.release.is_empty() && !plan.changes_loads();
+        let moves_only = step.add.is_empty() && step.release.is_empty();
         self.previous_move = moves_only.then_some(0.0);
         plan
     }
@@ -111,13 +111,46 @@ impl Driver<'_, '_> {
 
     /// Finds the end of the increment from fraction `a` to fraction `b` of a plan; logs cut-back, lost twist and jumps.
     fn solve_increment(&mut self, plan: &Plan, a: f64, b: f64) -> Grade {
+        self.began.copy_from(&self.state);
+        let before = self.problem.conditions().clone();
+        let at_first = plan.takes_time().then(|| self.results_of_branches());
+        let (status, snapped) = self.reach(plan, a, b);
+        if self.smallest_part < 1.0 {
+            let parts = 1.0 / self.smallest_part;
+            self.log.raise(Occurrence {
+                kind: EventKind::CutBack,
+                place: EventPlace::default(),
+                value: Some(parts),
+                limit: None,
+                message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
+            });
+        }
+        for lost in self.lost_twist.drain(..) {
+            self.log.raise(lost);
+        }
+        let status = self.refine(status);
+        if is_balanced(status) {
+            if let Some(at_first) = at_first.filter(|_| snapped) {
+                // When it snapped is known to the increment only.
+                self.add_change_as_time_error(&at_first);
+            }
+            self.problem.commit_rods_and_joints(&self.state);
+            self.problem.sum_dissipated(&before);
+            for driven in events::driven_into_bodies(&self.problem, &before) {
+                self.log.raise(driven);
+            }
+            self.log_jump(plan, [a, b], &before, snapped);
+        }
+        status
+    }
+
+    /// Advances from fraction `a` to fraction `b` of a plan, through snap-throughs. Returns also whether there was one
+    /// that smaller parts did not pass.
+    pub(super) fn reach(&mut self, plan: &Plan, a: f64, b: f64) -> (Grade, bool) {
         self.smallest_part = 1.0;
         self.twist_monitor.get_or_insert_with(|| TwistMonitor::new(self.problem.network));
         self.prescribed_turns = plan.turns(1.0);
-        self.began.copy_from(&self.state);
-        let before = self.problem.conditions().clone();
         let guided = if plan.takes_time() { None } else { self.follow_guide(plan, b) };
-        let at_first = plan.takes_time().then(|| self.results_of_branches());
         let (mut status, mut to) = guided.unwrap_or_else(|| self.advance_in_time(plan, a, b));
         let mut snapped = false;
         while status == Status::IterationLimit && !self.is_over() && self.lost_twist.is_empty() {
@@ -132,41 +165,22 @@ impl Driver<'_, '_> {
                 (status, to) = self.advance_in_time(plan, to, b);
             }
         }
-        if self.smallest_part < 1.0 {
-            let parts = 1.0 / self.smallest_part;
-            self.log.raise(Occurrence {
-                kind: EventKind::CutBack,
-                place: EventPlace::default(),
-                value: Some(parts),
-                limit: None,
-                message: format!("did not converge at once; parts as small as 1/{parts:.0} were tried"),
-            });
+        (status, snapped)
+    }
+
+    /// Logs a jump in the increment that has ended in balance: one that moved far and out of proportion is looked into.
+    fn log_jump(&mut self, plan: &Plan, fractions: [f64; 2], before: &Conditions, snapped: bool) {
+        let moved = result::farthest(&self.began, &self.state);
+        let conditions = self.problem.conditions();
+        let given = events::prescribed(&conditions.active, &before.targets, &conditions.targets);
+        // A cable that ran out of a constraint has an event of its own.
+        let previous = self.previous_move.filter(|_| conditions.active == before.active);
+        self.previous_move = Some(moved);
+        let far = events::is_out_of_proportion(moved, previous, given, self.problem.scales().length);
+        let jump = if far || snapped { self.find_jump(plan, fractions, before) } else { None };
+        if let Some(jump) = jump.or_else(|| snapped.then(|| events::jump_unseen(moved))) {
+            self.log.raise(jump);
         }
-        for lost in self.lost_twist.drain(..) {
-            self.log.raise(lost);
-        }
-        status = self.refine(status);
-        if is_balanced(status) {
-            if let Some(at_first) = at_first.filter(|_| snapped) {
-                // When it snapped is known to the increment only.
-                self.add_change_as_time_error(&at_first);
-            }
-            self.problem.commit_rods_and_joints(&self.state);
-            self.problem.sum_dissipated(&before);
-            for driven in events::driven_into_bodies(&self.problem, &before) {
-                self.log.raise(driven);
-            }
-            let moved = result::farthest(&self.began, &self.state);
-            let given = events::prescribed(&self.problem, &before.targets);
-            let length = self.problem.scales().length;
-            // A cable that ran out of a constraint has an event of its own.
-            let previous_move = self.previous_move.filter(|_| self.problem.conditions().active == before.active);
-            if let Some(jump) = events::jump(moved, previous_move, given, length, snapped) {
-                self.log.raise(jump);
-            }
-            self.previous_move = Some(moved);
-        }
-        status
     }
 
     /// Logs cables that have passed through themselves since `before`, in steps with prescribed turns.

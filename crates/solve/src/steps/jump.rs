@@ -1,0 +1,63 @@
+//! Jumps: whether a harness that moved far in an increment snapped to another equilibrium on the way, and where.
+//!
+//! The two equilibria at the ends of an increment do not tell. So the increment is followed once more, from its
+//! beginning, in halves: of each two, the one in which the harness moves farther is divided again. Where the path is
+//! continuous, its move there goes to nothing. A move that does not is a jump. It goes as the square root of the part
+//! where a straight strut buckles, and as the cube root next to a fold that has just closed: those are the slowest
+//! ways (Thompson & Hunt 1973, A General Theory of Elastic Stability).
+
+use super::driver::{Driver, is_balanced};
+use crate::report::{Occurrence, result};
+use crate::steps::checkpoint::Checkpoint;
+use crate::steps::plan::Plan;
+use wireloom_core::conditions::Conditions;
+use wireloom_core::{EventKind, EventPlace};
+
+/// Number of times that an increment is halved.
+const HALVINGS: i32 = 9;
+/// Least move of a jump within the last part, as a fraction of the move of the whole increment: a cube root leaves an
+/// eighth of it.
+const AT_ONCE: f64 = 0.25;
+
+impl Driver<'_, '_> {
+    /// The jump in an increment from one fraction of a plan to another, which began under the conditions `before` and
+    /// has ended at an equilibrium; `None` if the way there is continuous, or was not found again.
+    pub(super) fn find_jump(&mut self, plan: &Plan, [a, b]: [f64; 2], before: &Conditions) -> Option<Occurrence> {
+        let least = AT_ONCE * result::farthest(&self.began, &self.state);
+        let now = self.snapshot((0, 0), None, 0.0);
+        let mut lower = Checkpoint { conditions: before.clone(), state: self.began.clone(), ..now };
+        let mut upper = self.state.clone();
+        let (mut from, mut to, mut moved) = (a, b, f64::INFINITY);
+        let (network, stop, monitor) = (self.problem.network, self.stop, self.problem.monitor.clone());
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (from + to);
+            let (mut trial, _) = Driver::at_checkpoint(network, &mut *self.minimiser, &stop, lower.clone(), &monitor);
+            if !is_balanced(trial.reach(plan, from, middle).0) {
+                return None;
+            }
+            let [first, second] =
+                [result::farthest(&lower.state, &trial.state), result::farthest(&trial.state, &upper)];
+            moved = first.max(second);
+            if moved < least {
+                return None;
+            }
+            if first > second {
+                to = middle;
+                upper.copy_from(&trial.state);
+            } else {
+                from = middle;
+                trial.problem.commit_rods_and_joints(&trial.state);
+                trial.problem.commit(&trial.state);
+                lower = trial.snapshot((0, 0), None, 0.0);
+            }
+        }
+        self.minimiser.forget();
+        Some(Occurrence {
+            kind: EventKind::Jump,
+            place: EventPlace::default(),
+            value: Some(moved),
+            limit: None,
+            message: format!("moved by {:.1} mm at once, at {:.2} % of the step", 1e3 * moved, 100.0 * to),
+        })
+    }
+}
