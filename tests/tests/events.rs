@@ -82,16 +82,16 @@ fn a_strip_that_snaps_through_is_flagged_once_where_it_does() {
     assert!(moved > 0.9 * (z[k - 2] - z[k - 1]) && jump.increments == 1, "{jump:?}");
 }
 
-/// A jump that is hardly farther than what moves before it is told, too, with the load at which it comes: the same in few
-/// increments as in many. It had no event where it was shorter than eight moves of the increment before (found by the
-/// hunt).
+/// A jump that is hardly farther than what moves before it is told, too, with the load at which it comes: the same in
+/// few increments as in many. It had no event where it was shorter than eight moves of the increment before.
 #[test]
 fn a_jump_in_a_coarse_increment_is_found_and_placed() {
     let percent = |increments: usize| {
         // Pushed beside its middle, as the halves of a symmetrical strip snap when round-off lets them.
         let beside = strip_text("").replace("s = 0.5 }\nforce", "s = 0.45 }\nforce");
         let run = run(&format!(
-            "{beside}[[steps]]\nname = \"push\"\nincrements = {increments}\n[[steps.load]]\nload = \"push\"\nfactor = 1\n"
+            "{beside}[[steps]]\nname = \"push\"\nincrements = {increments}\n[[steps.load]]\nload = \"push\"\n\
+             factor = 1\n"
         ));
         let jumps = of(&run, EventKind::Jump);
         let [jump] = jumps[..] else { panic!("{increments}: {jumps:?}") };

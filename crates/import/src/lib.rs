@@ -2,7 +2,7 @@
 //!
 //! - [`kbl`]: KBL (*Kabelbaumliste*, VDA recommendation 4964), the list of parts, wires, topology and centre
 //!   curves that harness design tools exchange.
-//! - [`vec`]: VEC (*Vehicle Electric Container*, VDA recommendation 4968), its successor.
+//! - [`mod@vec`]: VEC (*Vehicle Electric Container*, VDA recommendation 4968), its successor.
 //!
 //! The flow of a file: the `reader` of its format (XML to plain values in SI, `document`; `xml`, `elements`: what both
 //! readers do with elements) → `convert` (branches, joints; `segments`: centre lines from `curve`, make-up from
