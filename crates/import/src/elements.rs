@@ -85,7 +85,7 @@ impl<'a, 'i, 'f> Elements<'a, 'i, 'f> {
     /// Likewise, where the computation does not depend on it yet.
     pub fn resolve(&self, holder: Xml<'a, 'i>, found: &str, expected: &[&str]) -> Result<Xml<'a, 'i>, ImportError> {
         let target = self.ids.get(found).copied();
-        if let Some(target) = target.filter(|target| expected.contains(&target.class())) {
+        if let Some(target) = target.filter(|target| target.kinds().any(|kind| expected.contains(&kind))) {
             return Ok(target);
         }
         let (line, column) = place(&self.places, holder.range().start);

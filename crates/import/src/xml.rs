@@ -73,6 +73,12 @@ impl<'a, 'i> Xml<'a, 'i> {
         stated().map_or(self.name(), |class| class.rsplit(':').next().unwrap_or(class))
     }
 
+    /// Its class, and its name where that differs: a `Component` may say that it is a `PartOccurrence`.
+    pub fn kinds(self) -> impl Iterator<Item = &'a str> {
+        let (class, name) = (self.class(), self.name());
+        std::iter::once(class).chain(Some(name).filter(|name| *name != class))
+    }
+
     pub fn parent(self) -> Option<Self> {
         self.node.parent().map(|node| self.with(node))
     }

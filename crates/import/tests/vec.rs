@@ -518,6 +518,108 @@ fn wires_know_what_they_connect() {
     assert_eq!(line.ends, [end]);
 }
 
+/// Small Y with the whole cable, both of its cores, and their routings in this order.
+fn cabled(routed: &[&str]) -> String {
+    let reference = |id: &str, element: &str| {
+        format!(
+            "<WireElementReference id=\"{id}\"><Identification>{id}</Identification><ReferencedWireElement>{element}\
+             </ReferencedWireElement></WireElementReference>"
+        )
+    };
+    let routing = |id: &&str| {
+        format!(
+            "<Routing id=\"q-{id}\"><RoutedElement>{id}</RoutedElement><Path id=\"q-{id}-way\"><Segment>s3 s1\
+             </Segment></Path></Routing>"
+        )
+    };
+    let begin = VEC_2_1.find("<Routing id=\"q3\">").unwrap();
+    let end = VEC_2_1.find("<Routing id=\"q4\">").unwrap();
+    let routings: String = routed.iter().map(routing).collect();
+    let text = [&VEC_2_1[..begin], &routings, &VEC_2_1[end..]].concat();
+    let first = "<WireElementReference id=\"w3\">";
+    assert!(text.contains(first));
+    let others = reference("w30", "cable-0") + &reference("w31", "core2");
+    text.replacen(first, &(others + first), 1)
+}
+
+#[test]
+fn a_cable_whose_cores_are_referred_to_as_well_does_not_count_twice() {
+    for routed in [&["w3", "w31"][..], &["w30"], &["w30", "w3", "w31"], &["w3", "w31", "w30"], &["w31", "w30", "w3"]] {
+        let Imported { scenario, findings, .. } = imported(&cabled(routed));
+        assert!(scenario.contains("# 4 wires, 3.00 mm² copper"), "{routed:?} {scenario}");
+        let untold = findings.iter().all(|own| !own.what.contains("no routing") && !own.what.contains("several ways"));
+        assert!(untold, "{routed:?} {findings:#?}");
+    }
+}
+
+#[test]
+fn wires_without_a_routing_are_not_dropped_without_a_word() {
+    let said = |text: &str| findings(text).into_iter().filter(|own| own.contains("no routing")).collect::<Vec<_>>();
+    let without = |id: &str, text: &str| {
+        let begin = text.find(&format!("<Routing id=\"{id}\">")).unwrap();
+        let end = text[begin..].find("</Routing>").unwrap() + begin + "</Routing>".len();
+        [&text[..begin], &text[end..]].concat()
+    };
+    let none: [&str; 0] = [];
+    assert_eq!(said(VEC_2_1), none);
+    assert_eq!(said(&without("q4", VEC_2_1)), ["wires have no routing; they are not counted: w4"]);
+    // The whole cable needs no routing beside those of its cores, but the second core does.
+    assert_eq!(said(&cabled(&["w3"])), ["wires have no routing; they are not counted: w31"]);
+    // With a jacket the cable counts whole wherever one core runs.
+    let jacket = "<OutsideDiameter id=\"d3\"><UnitComponent>uMM</UnitComponent><ValueComponent>5</ValueComponent>\
+                  </OutsideDiameter><SubWireElementSpecification>core-element<";
+    let whole = cabled(&["w3"]).replacen("<SubWireElementSpecification>core-element<", jacket, 1);
+    assert_eq!(said(&whole), none);
+    // What belongs to other modules is left out as such.
+    let selection = Selection::Modules(vec!["right".to_owned()]);
+    let modules = without("q4", &modular());
+    let told = import(&modules, &Options { selection, ..Options::default() }).unwrap().findings;
+    assert!(told.iter().all(|own| !own.what.contains("no routing")), "{told:#?}");
+}
+
+/// An element may state its class though the schema knows it: the class then has another name than the element.
+#[test]
+fn elements_that_state_their_own_class_are_not_dropped() {
+    const CLASSES: [(&str, &str); 7] = [
+        ("CartesianPoint", "CartesianPoint3D"),
+        ("Component", "PartOccurrence"),
+        ("GeometryNode", "GeometryNode3D"),
+        ("GeometrySegment", "GeometrySegment3D"),
+        ("PlacedElementViewItem3D", "OccurrenceOrUsageViewItem3D"),
+        ("SubWireElement", "WireElement"),
+        ("TopologySegment", "TopologySegment"),
+    ];
+    let stated = |text: &str| {
+        CLASSES.iter().fold(text.to_owned(), |text, (element, class)| {
+            let bare = format!("<{element} id=");
+            assert!(text.contains(&bare), "{element}");
+            text.replace(&bare, &format!("<{element} xsi:type=\"vec:{class}\" id="))
+        })
+    };
+    let (ours, plain) = (imported(&stated(VEC_2_1)), imported(VEC_2_1));
+    assert_eq!((lines(&ours.scenario), &ours.wires), (lines(&plain.scenario), &plain.wires));
+    assert_eq!(row(&ours, "PartOccurrence"), row(&plain, "Component"));
+    let text = stated(&modular());
+    assert_eq!(contents(&text).unwrap(), contents(&modular()).unwrap());
+    let scenario = |text: &str| {
+        let selection = Selection::Modules(vec!["left".to_owned()]);
+        import(text, &Options { selection, ..Options::default() }).unwrap().scenario
+    };
+    assert_eq!(lines(&scenario(&text)), lines(&scenario(&modular())));
+}
+
+#[test]
+fn of_several_lengths_of_one_class_the_first_is_not_taken_silently() {
+    let second = "<LengthInformation id=\"l2q-i\"><Length id=\"l2q\"><UnitComponent>uM</UnitComponent><ValueComponent>\
+                  0.3</ValueComponent></Length><Classification>Adapted</Classification></LengthInformation>\
+                  <LengthInformation id=\"l2p-i\">";
+    let text = with("<LengthInformation id=\"l2p-i\">", second);
+    let what = "segments have several lengths of one class; the first is taken";
+    assert!(findings(&text).contains(&format!("{what}: s2 (Adapted)")), "{:#?}", findings(&text));
+    assert_eq!(checked(&imported(&text).scenario).branches[1].length, 0.3);
+    assert!(!findings(VEC_2_1).iter().any(|own| own.starts_with(what)));
+}
+
 /// Deterministic numbers (xorshift64*, Vigna 2016).
 struct Random(u64);
 

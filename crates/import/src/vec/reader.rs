@@ -72,13 +72,15 @@ pub(super) fn read(text: &str, options: &Options, findings: &mut Findings) -> Re
     Ok(Document { format, drawn, name, nodes, segments, wires, listed, wiring, elements })
 }
 
-/// Elements with an id, by their class, in the order of the file.
+/// Elements with an id, by their class and by their name where it differs, in the order of the file.
 type Classes<'a, 'i> = HashMap<&'a str, Vec<Xml<'a, 'i>>>;
 
 fn classes<'a, 'i>(root: Xml<'a, 'i>) -> Classes<'a, 'i> {
     let mut classes: Classes = HashMap::new();
     for node in root.descendants().filter(|node| node.attribute("id").is_some()) {
-        classes.entry(node.class()).or_default().push(node);
+        for kind in node.kinds() {
+            classes.entry(kind).or_default().push(node);
+        }
     }
     classes
 }
@@ -91,7 +93,11 @@ fn specifications<'a, 'i>(classes: &Classes<'a, 'i>) -> HashMap<&'a str, Vec<Xml
             of.entry(part).or_default().push(*own);
         }
     }
-    of.values_mut().for_each(|all| all.sort_by_key(|own| own.id().get_usize()));
+    for all in of.values_mut() {
+        all.sort_by_key(|own| own.id().get_usize());
+        // Each is there by its class and as a `Specification`.
+        all.dedup_by_key(|own| own.id());
+    }
     of
 }
 
@@ -108,7 +114,7 @@ struct Reader<'a, 'i, 'f> {
 }
 
 impl<'a, 'i> Reader<'a, 'i, '_> {
-    /// The elements of a class.
+    /// The elements of a class, or of a name.
     fn all(&self, class: &str) -> Vec<Xml<'a, 'i>> {
         self.classes.get(class).into_iter().flatten().map(|node| node.seen()).collect()
     }

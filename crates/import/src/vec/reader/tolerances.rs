@@ -33,29 +33,32 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         let mut found = Lengths::default();
         let mut tolerances = [None; 2];
         let mut others = Vec::new();
+        let id = segment.attribute("id").unwrap_or_default();
         for information in children(segment, "LengthInformation") {
-            let (slot, tolerance) = match child_text(information, "Classification") {
-                Some("Adapted") => (&mut found.built, &mut tolerances[0]),
-                Some("Designed") => (&mut found.drawn, &mut tolerances[1]),
+            let class = child_text(information, "Classification").unwrap_or_default();
+            let (slot, tolerance) = match class {
+                "Adapted" => (&mut found.built, &mut tolerances[0]),
+                "Designed" => (&mut found.drawn, &mut tolerances[1]),
                 _ => {
-                    others.push(information);
+                    others.push((information, class));
                     continue;
                 }
             };
-            if slot.is_none() {
-                *slot = self.file.value(information, "Length", Quantity::Length)?;
-                *tolerance = self.tolerance(information)?;
+            if slot.is_some() {
+                let what = "segments have several lengths of one class; the first is taken";
+                self.file.findings.add_to(what, format!("{id} ({class})"));
+                continue;
             }
+            *slot = self.file.value(information, "Length", Quantity::Length)?;
+            *tolerance = self.tolerance(information)?;
         }
-        for other in others {
-            let class = child_text(other, "Classification").unwrap_or_default();
+        for (other, class) in others {
             let taken = found.drawn.is_none() && found.built.is_none();
             if taken {
                 found.drawn = self.file.value(other, "Length", Quantity::Length)?;
                 tolerances[1] = self.tolerance(other)?;
             }
             let what = if taken { "taken, as there is no other" } else { "not used" };
-            let id = segment.attribute("id").unwrap_or_default();
             self.file.findings.add_to(
                 format!("lengths of a class that is neither Designed nor Adapted; {what}"),
                 format!("{id} (`{class}`)"),

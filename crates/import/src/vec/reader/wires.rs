@@ -4,6 +4,7 @@ use super::{ImportError, Quantity, Reader, Segment, Xml, child, children, elemen
 use crate::document::{BEND_RADII, DIAMETERS, Wire};
 use crate::wires;
 use crate::xml::{title, words};
+use roxmltree::NodeId;
 use std::collections::{HashMap, HashSet};
 
 /// The way of a wire of the chosen modules.
@@ -14,6 +15,9 @@ pub(super) struct Route<'a, 'i> {
     /// XML ids, as the file gives them.
     pub segments: Vec<&'a str>,
 }
+
+/// Names of wire elements: those of parts, and those in other ones.
+const ELEMENTS: [&str; 2] = ["WireElement", "SubWireElement"];
 
 /// Specifications of conductors.
 const CONDUCTORS: [&str; 4] =
@@ -69,7 +73,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         index: &HashMap<&'a str, usize>,
     ) -> Result<Vec<Wire>, ImportError> {
         let mut all = Vec::new();
-        let mut seen: HashMap<&str, Vec<usize>> = HashMap::new();
+        // Strands by their occurrence and their element: a cable and its cores may have references of their own.
+        let mut seen: HashMap<(NodeId, NodeId), usize> = HashMap::new();
+        let routed: HashSet<NodeId> = routes.iter().map(|route| route.wire.id()).collect();
         for Route { routing, wire, segments: route } in routes {
             let mut run = Vec::new();
             for reference in route {
@@ -88,10 +94,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
                 Some(cable) => self.outside(cable)?,
                 None => None,
             };
-            let counted = match jacket {
-                Some(_) => wire.ancestors().find(element::is_occurrence).unwrap_or(wire),
-                None => wire,
-            };
+            let occurrence = occurrence(wire);
+            let counted = if jacket.is_some() { occurrence } else { wire };
             let id = counted.attribute("id").unwrap_or_default();
             if run.is_empty() {
                 self.file.findings.add_to("wires are routed through no segment; they are not counted", id);
@@ -100,33 +104,51 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             }
             self.file.mark(routing);
             self.file.mark(wire);
-            let strands = match seen.get(id) {
-                Some(strands) => strands.clone(),
-                None => {
-                    let first = all.len();
-                    match (element, jacket.and(cable)) {
-                        (None, _) => all.push(Wire::unknown(id.to_owned())),
-                        (_, Some(cable)) => all.push(self.cable(id, cable)?),
-                        (Some(element), None) => {
-                            for leaf in leaves(element) {
-                                all.push(self.strand(id, leaf)?);
-                            }
-                        }
-                    }
-                    let strands: Vec<usize> = (first..all.len()).collect();
-                    seen.insert(id, strands.clone());
-                    strands
-                }
+            let parts = match (element, jacket.and(cable)) {
+                (None, _) => vec![wire],
+                (_, Some(cable)) => vec![cable],
+                (Some(element), None) => leaves(element),
             };
+            let mut strands = Vec::new();
+            for part in parts {
+                let strand = *seen.entry((occurrence.id(), part.id())).or_insert(all.len());
+                strands.push(strand);
+                if strand == all.len() {
+                    all.push(match (element, jacket) {
+                        (None, _) => Wire::unknown(id.to_owned()),
+                        (_, Some(_)) => self.cable(id, part)?,
+                        (_, None) => self.strand(id, part)?,
+                    });
+                }
+            }
             wires::run(segments, &run, &strands, id, self.file.findings);
         }
+        let counted = seen.into_keys().collect();
+        self.note_without_routing(&routed, &counted);
         Ok(all)
+    }
+
+    /// Reports wires of the chosen modules that no routing leads anywhere, unless they are counted with their cable or
+    /// by their cores: `counted`, by occurrence and element.
+    fn note_without_routing(&mut self, routed: &HashSet<NodeId>, counted: &HashSet<(NodeId, NodeId)>) {
+        for wire in self.all("WireElementReference") {
+            if routed.contains(&wire.id()) || self.chosen.leaves_out(wire, None) {
+                continue;
+            }
+            let occurrence = occurrence(wire).id();
+            let element = self.file.target(wire, "ReferencedWireElement").filter(|own| ELEMENTS.contains(&own.name()));
+            let mut related = element.into_iter().flat_map(|own| own.ancestors().chain(own.descendants()));
+            if !related.any(|own| counted.contains(&(occurrence, own.id()))) {
+                let id = wire.attribute("id").unwrap_or_default();
+                self.file.findings.add_to("wires have no routing; they are not counted", id);
+            }
+        }
     }
 
     /// The wire element of a reference.
     fn element(&mut self, wire: Xml<'a, 'i>) -> Option<Xml<'a, 'i>> {
         let then = "a wire of 0.5 mm² is taken";
-        self.file.optional(wire, "ReferencedWireElement", &["WireElement", "SubWireElement"], then)
+        self.file.optional(wire, "ReferencedWireElement", &ELEMENTS, then)
     }
 
     /// The specification of a wire element.
@@ -224,9 +246,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
     }
 }
 
+/// The occurrence of a part to which a reference belongs.
+fn occurrence<'a, 'i>(wire: Xml<'a, 'i>) -> Xml<'a, 'i> {
+    wire.ancestors().find(element::is_occurrence).unwrap_or(wire)
+}
+
 /// The wire element in which another one stands, in the end.
 pub(super) fn whole<'a, 'i>(element: Xml<'a, 'i>) -> Xml<'a, 'i> {
-    let around = element.ancestors().take_while(|node| ["WireElement", "SubWireElement"].contains(&node.name()));
+    let around = element.ancestors().take_while(|node| ELEMENTS.contains(&node.name()));
     around.last().unwrap_or(element)
 }
 
@@ -237,6 +264,6 @@ pub(super) fn has_parts(element: Xml) -> bool {
 
 /// The wire elements without parts in one.
 fn leaves<'a, 'i>(element: Xml<'a, 'i>) -> Vec<Xml<'a, 'i>> {
-    let own = element.descendants().filter(|node| ["WireElement", "SubWireElement"].contains(&node.name()));
+    let own = element.descendants().filter(|node| ELEMENTS.contains(&node.name()));
     own.filter(|node| !has_parts(*node)).collect()
 }
