@@ -1,7 +1,7 @@
 // The start page: recent files, examples, a new harness, and files that are given to it. It is shown until a session is opened.
 import { byId, element } from "./dom";
 import { faultWords, MOST } from "./editor";
-import { elsewhere, isImported, textOf } from "./files";
+import { elsewhere, isImported, ofOtherKind, textOf } from "./files";
 import type { Link, LinkState } from "./link";
 import type { Arranged, Contents, ImportFile, NotOpened, Opening, StartPage } from "./protocol";
 import type { Store } from "./store";
@@ -103,7 +103,7 @@ export class StartPane {
     const entries = page.recent.map(({ path, opened, gone }) => {
       const { name, folder } = nameAndFolder(path);
       const details = element("span", { class: "quiet" }, [gone ? "gone:" : "", folder, opened === null ? "" : `(${when(opened)})`].filter((words) => words !== "").join(" "));
-      const title = gone ? element("s", { title: path }, name) : element("button", { class: "plain", title: path, onclick: () => this.openPath(path) }, name);
+      const title = gone ? element("s", { title: path }, name) : element("button", { class: "plain", title: path, onclick: () => this.open({ is: "path", path }, path) }, name);
       return element("li", {}, title, details);
     });
     this.recent.replaceChildren(...(entries.length > 0 ? entries : [element("li", { class: "quiet" }, "none yet")]));
@@ -119,7 +119,8 @@ export class StartPane {
 
   private openPath(path: string): void {
     if (path === "") return this.refuse({ message: "There is no path to open.", help: "give the path of a scenario, such as harness.toml", faults: [] });
-    const other = /\.[a-z0-9]+$/i.test(nameAndFolder(path).name) ? elsewhere(path) : null;
+    // The name of a folder may end in anything: the program says what else is no scenario and no run.
+    const other = ofOtherKind(path);
     if (other !== null) return this.refuse({ message: `${path}: ${other}`, help: "", faults: [] });
     if (isImported(path)) this.askContents({ from: "path", path }, path);
     else this.open({ is: "path", path }, path);
