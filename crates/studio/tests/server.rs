@@ -270,7 +270,7 @@ struct OneExample(Arc<Mutex<usize>>);
 impl Starter for OneExample {
     fn page(&self) -> StartPage {
         let (recent, examples) = (Vec::new(), Vec::new());
-        StartPage { program: "wireloom".into(), folder: "/".into(), recent, examples, draft: None }
+        StartPage { program: "wireloom".into(), folder: "/".into(), recent, examples, draft: None, largest_import: 1 }
     }
 
     fn contents(&self, _: &ImportFile) -> Result<Contents, NotOpened> {
@@ -328,6 +328,24 @@ fn one_page_opens_a_session_and_all_pages_are_in_it() {
     late.until(|notice| matches!(notice, Notice::Scene(_)).then_some(()));
     assert_eq!(*starter.0.lock().expect("not poisoned"), 1, "it is opened once");
     assert_eq!(status(&served.get_own(&format!("/export/result.json?{}", served.query()))), "200");
+    assert!(served.server.stop(), "nothing is left");
+}
+
+/// A page without a session was read as fast as it sent.
+#[test]
+fn the_start_page_answers_no_faster_than_a_session() {
+    let served = start_page(&OneExample::default());
+    let mut tab = served.tab();
+    tab.until(|notice| matches!(notice, Notice::StartPage(_)).then_some(()));
+    let began = Instant::now();
+    // 240 at once and 240 a second.
+    for _ in 0..480 {
+        tab.ask(&Request::Undo);
+    }
+    for _ in 0..480 {
+        tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
+    }
+    assert!(began.elapsed() > Duration::from_millis(900), "{:?}", began.elapsed());
     assert!(served.server.stop(), "nothing is left");
 }
 

@@ -7,8 +7,6 @@ import type { Arranged, Contents, ImportFile, NotOpened, Opening, StartPage } fr
 import type { Store } from "./store";
 import { when } from "./units";
 
-/** Largest file to be imported that the server takes, bytes. */
-const MOST_IMPORTED = 16 * 1024 * 1024;
 /** Proposed length of the longest segment, mm. */
 const SPACING = "10";
 
@@ -39,6 +37,8 @@ export class StartPane {
   private file = element("input", { id: "start-file", type: "file", accept: ".toml,.kbl,.xml" });
   private kbl = element("div", { id: "kbl", hidden: true });
   private waiting: string | null = null;
+  /** Largest file to be imported that the program takes, bytes; none is taken before it has said that. */
+  private largestImport = 0;
   private link: LinkState = "connecting";
 
   constructor(
@@ -92,6 +92,7 @@ export class StartPane {
     document.body.classList.add("starting");
     this.holder.hidden = false;
     this.folder.textContent = page.folder;
+    this.largestImport = page.largest_import;
     this.draft.hidden = page.draft === null;
     if (page.draft !== null) {
       const answer = (take: boolean) => () => {
@@ -133,7 +134,7 @@ export class StartPane {
     const refuse = (words: string, help = "") => this.refuse({ message: `${name}: ${words}`, help, faults: [] });
     const other = elsewhere(name);
     if (other !== null) return refuse(other);
-    const read = await textOf(file, isImported(name) ? MOST_IMPORTED : MOST);
+    const read = await textOf(file, isImported(name) ? this.largestImport : MOST);
     if ("fault" in read) return refuse(read.fault, "a larger file is opened by its path");
     if (isImported(name)) this.askContents({ from: "text", name, text: read.text }, name);
     else this.open({ is: "text", name, text: read.text }, name);

@@ -258,6 +258,9 @@ test("what cannot be opened is told in the page, and the page stays", { skip: ab
   assert.match(await refusal(page), /no.kbl cannot be imported/);
   await drop(page, "large.toml", "x".repeat(4 * 1024 * 1024 + 1));
   assert.match(await refusal(page), /large.toml: it has 4194305 bytes/);
+  // The program says how large it may be.
+  await drop(page, "large.kbl", "x".repeat(16 * 1024 * 1024 + 1));
+  assert.match(await refusal(page), /large.kbl: it has 16777217 bytes; a page can be given at most 16777216/);
   for (const [path, why] of [["none.toml", /none.toml/], ["", /no path/], [".", /cannot read/]]) {
     await page.locator("#start-path").fill(path);
     await page.keyboard.press("Enter");
