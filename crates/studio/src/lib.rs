@@ -18,7 +18,7 @@ mod sheet;
 mod stretches;
 mod worker;
 
-pub use session::{PROGRAM, SessionFiles, SessionInput, Storage, StoreError};
+pub use session::{MAX_FILE, PROGRAM, SessionFiles, SessionInput, Storage, StoreError};
 pub use worker::{Outcome, Studio, Subscription, TabMessage, open};
 
 /// The page, in one file: `crates/studio/web/dist/index.html`.

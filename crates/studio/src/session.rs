@@ -42,8 +42,8 @@ use wireloom::session::{Checkpoint, DrivenHarness, Monitor, Refusal};
 use wireloom::{Registry, Status, StepResult};
 
 pub use file::{Storage, StoreError};
-pub use known::SessionFiles;
-pub(crate) use known::{Known, MAX_FILE, MAX_TEXT, text_faults};
+pub(crate) use known::{Known, MAX_TEXT, text_faults};
+pub use known::{MAX_FILE, SessionFiles};
 pub(crate) use snapshot::Frame;
 
 /// Name and version of this program.

@@ -163,6 +163,40 @@ fn a_draft_is_offered_and_taken_up_or_discarded() {
     assert!(served.server.stop(), "nothing is left");
 }
 
+/// The first change of a session replaced the draft that was offered, and the offer went without an answer.
+#[test]
+fn an_offered_draft_stays_until_it_is_answered_and_replaces_no_changes() {
+    let backend = MemoryBackend(Arc::new(Mutex::new(Some("an older draft".into()))));
+    let kept = || backend.0.lock().expect("not poisoned").clone();
+    let changed = || {
+        let offer = DraftOffer { text: TEXT.replace("1 m", "1.25 m"), written: "2026-11-21T20:00:00Z".into() };
+        let served = Served::new(Some(offer), backend.clone());
+        let mut tab = served.tab();
+        tab.rest();
+        tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
+        tab.ask(&Request::Drop { constraint: "plug-B".into() });
+        tab.until(|notice| match notice {
+            Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => {
+                Some(())
+            }
+            _ => None,
+        });
+        (served, tab)
+    };
+    let (served, mut tab) = changed();
+    tab.ask(&Request::Draft { take: true });
+    let why = tab.until(|notice| if let Notice::Refused { message, .. } = notice { Some(message) } else { None });
+    assert!(why.contains("unsaved changes"), "{why}");
+    assert!(served.server.stop(), "nothing is left");
+    assert_eq!(kept().as_deref(), Some("an older draft"));
+
+    let (served, mut tab) = changed();
+    tab.ask(&Request::Draft { take: false });
+    tab.until(|notice| matches!(notice, Notice::Draft { written: None }).then_some(()));
+    assert!(served.server.stop(), "nothing is left");
+    assert!(kept().is_some_and(|draft| draft.contains("[[steps]]")), "that of the session is kept from then on");
+}
+
 #[test]
 fn more_connections_than_places_are_sent_away_and_places_come_back() {
     let served = served();
@@ -236,7 +270,7 @@ struct OneExample(Arc<Mutex<usize>>);
 impl Starter for OneExample {
     fn page(&self) -> StartPage {
         let (recent, examples) = (Vec::new(), Vec::new());
-        StartPage { program: "wireloom".into(), folder: "/".into(), recent, examples, draft: None }
+        StartPage { program: "wireloom".into(), folder: "/".into(), recent, examples, draft: None, largest_import: 1 }
     }
 
     fn contents(&self, _: &ImportFile) -> Result<Contents, NotOpened> {
@@ -294,6 +328,24 @@ fn one_page_opens_a_session_and_all_pages_are_in_it() {
     late.until(|notice| matches!(notice, Notice::Scene(_)).then_some(()));
     assert_eq!(*starter.0.lock().expect("not poisoned"), 1, "it is opened once");
     assert_eq!(status(&served.get_own(&format!("/export/result.json?{}", served.query()))), "200");
+    assert!(served.server.stop(), "nothing is left");
+}
+
+/// A page without a session was read as fast as it sent.
+#[test]
+fn the_start_page_answers_no_faster_than_a_session() {
+    let served = start_page(&OneExample::default());
+    let mut tab = served.tab();
+    tab.until(|notice| matches!(notice, Notice::StartPage(_)).then_some(()));
+    let began = Instant::now();
+    // 240 at once and 240 a second.
+    for _ in 0..480 {
+        tab.ask(&Request::Undo);
+    }
+    for _ in 0..480 {
+        tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
+    }
+    assert!(began.elapsed() > Duration::from_millis(900), "{:?}", began.elapsed());
     assert!(served.server.stop(), "nothing is left");
 }
 

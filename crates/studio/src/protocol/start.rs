@@ -20,6 +20,8 @@ pub struct StartPage {
     pub examples: Vec<Example>,
     /// When the draft of a session without a file was stored (RFC 3339); none if there is none.
     pub draft: Option<String>,
+    /// Largest file that a page may give to be imported, bytes. A larger one is opened by its path.
+    pub largest_import: u32,
 }
 
 /// A file or folder that was open.

@@ -9,7 +9,7 @@ use tokio::sync::watch;
 
 /// Operations that the server leaves to the program: files, and opening scenarios.
 pub trait Backend: Send + Sync {
-    /// Stores the draft of the scenario; `None` deletes it.
+    /// Stores the draft of the scenario in place of the one before; `None` deletes that.
     fn keep(&self, draft: Option<&str>);
 
     /// Opens a session with the text of a draft.
@@ -17,6 +17,12 @@ pub trait Backend: Send + Sync {
     /// # Errors
     /// Message why the text cannot be used.
     fn open(&self, draft: &str) -> Result<Studio, String>;
+
+    /// Whether the draft of an earlier session is still one of this scenario: not since that was saved under another
+    /// name.
+    fn still_offers(&self) -> bool {
+        true
+    }
 
     /// Name of the scenario's file, if another program has changed it since the last call.
     fn changed_outside(&self) -> Option<String>;
@@ -79,7 +85,7 @@ impl Live {
         self.studio.borrow().clone()
     }
 
-    /// The offered draft, until it is accepted, discarded or replaced.
+    /// The offered draft, until it is accepted or discarded, or the scenario is saved under another name.
     pub(super) fn offer(&self) -> watch::Receiver<Option<DraftOffer>> {
         self.offer.subscribe()
     }
@@ -87,14 +93,20 @@ impl Live {
     /// Accepts or discards the offered draft.
     ///
     /// # Errors
-    /// If there is no draft any more, or it cannot be used.
+    /// If there is no draft any more, if it cannot be used, or if it would replace unsaved changes.
     pub(super) fn decide_draft(&self, take: bool) -> Result<(), Refusal> {
         // Locked to the end: another tab's decision comes too late.
         let mut kept = self.kept();
+        self.withdraw_if_old();
         let Some(offer) = self.offer.borrow().clone() else {
-            return Err(refused("there is no draft any more", "another page has accepted or discarded it"));
+            let help = "another page has accepted or discarded it, or the scenario was saved under another name";
+            return Err(refused("there is no draft any more", help));
         };
         if take {
+            if self.now().draft().is_some() {
+                let message = "this session has unsaved changes, which the draft would replace";
+                return Err(refused(message, "save them first; the draft is kept until it is restored or discarded"));
+            }
             let studio = self.backend.open(&offer.text).map_err(|message| {
                 refused(&format!("the draft cannot be used: {message}"), "it is kept until it is discarded")
             })?;
@@ -118,14 +130,24 @@ impl Live {
             self.now().tell(Notice::Outside { name });
         }
         let mut kept = self.kept();
+        self.withdraw_if_old();
+        // Nothing replaces the offered draft before a user has answered.
+        if self.offer.borrow().is_some() {
+            return;
+        }
         let draft = self.now().draft();
         if *kept == draft {
             return;
         }
         self.backend.keep(draft.as_deref());
         *kept = draft;
-        // The new draft replaces the offered one.
-        self.offer.send_if_modified(|offer| offer.take().is_some());
+    }
+
+    /// Offers the draft no longer if it is none of this scenario any more.
+    fn withdraw_if_old(&self) {
+        if !self.backend.still_offers() {
+            self.offer.send_if_modified(|offer| offer.take().is_some());
+        }
     }
 
     fn kept(&self) -> MutexGuard<'_, Option<Arc<str>>> {

@@ -4,11 +4,16 @@ use super::live::{Refusal, refused};
 use crate::protocol::{Notice, Request};
 use axum::extract::ws::{Message, WebSocket, close_code};
 use std::time::Duration;
+use tokio::time::Instant;
 
 /// Number of malformed messages after which the connection is closed.
 const MAX_MALFORMED: u32 = 8;
 /// Time limit for sending a message.
 pub(super) const SEND_TIMEOUT: Duration = Duration::from_secs(10);
+/// Largest rate of requests per second: twice that of a drag on a fast screen. Faster clients are read later.
+const RATE: f64 = 240.0;
+/// Largest burst of requests.
+const BURST: f64 = 240.0;
 /// Refusals are truncated to this length, bytes: they may repeat the request.
 const MAX_REFUSAL: usize = 400;
 
@@ -77,5 +82,27 @@ pub(super) async fn send_answer(
         Ok(None) => Ok(()),
         Ok(Some(notice)) => send_notice(socket, &notice).await,
         Err(refusal) => send_notice(socket, &refusal.into()).await,
+    }
+}
+
+/// Rate limiter (token bucket). While it waits nothing is read, so that the sender has to wait too.
+pub(super) struct RateLimiter {
+    tokens: f64,
+    filled: Instant,
+}
+
+impl RateLimiter {
+    pub(super) fn new() -> Self {
+        Self { tokens: BURST, filled: Instant::now() }
+    }
+
+    pub(super) async fn take(&mut self) {
+        let now = Instant::now();
+        self.tokens = (self.tokens + RATE * (now - self.filled).as_secs_f64()).min(BURST);
+        self.filled = now;
+        self.tokens -= 1.0;
+        if self.tokens < 0.0 {
+            tokio::time::sleep(Duration::from_secs_f64(-self.tokens / RATE)).await;
+        }
     }
 }

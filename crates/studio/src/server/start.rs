@@ -1,7 +1,7 @@
 //! A tab of the start page, until something is opened there.
 
 use super::live::Refusal;
-use super::socket::{Asked, Disconnect, read, send_answer};
+use super::socket::{Asked, Disconnect, RateLimiter, read, send_answer};
 use super::state::{ServerState, Site, Start, ended, not_opened};
 use crate::protocol::Notice;
 use axum::extract::ws::{WebSocket, close_code};
@@ -12,6 +12,7 @@ pub(super) async fn relay<'a>(
     socket: &mut WebSocket,
     state: &'a Arc<ServerState>,
     start: &'a Start,
+    limiter: &mut RateLimiter,
 ) -> Result<&'a Site, Disconnect> {
     let mut ending = state.ending.clone();
     let mut has_opened = start.has_opened();
@@ -27,6 +28,7 @@ pub(super) async fn relay<'a>(
         tokio::select! {
             message = socket.recv() => {
                 let message = message.and_then(Result::ok).ok_or(Disconnect::Gone)?;
+                limiter.take().await;
                 let answered = match read(message, &mut malformed)? {
                     Asked::Request(request) => answer(state, |start| start.answer(request)).await,
                     Asked::Malformed(refusal) => Err(refusal),

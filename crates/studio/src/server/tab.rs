@@ -2,7 +2,7 @@
 
 use super::admission::Peer;
 use super::live::{Live, Refusal, refused};
-use super::socket::{Asked, Disconnect, SEND_TIMEOUT, read, send, send_answer, send_notice};
+use super::socket::{Asked, Disconnect, RateLimiter, SEND_TIMEOUT, read, send, send_answer, send_notice};
 use super::start;
 use super::state::{Content, ServerState, ended};
 use crate::exports;
@@ -15,18 +15,12 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use std::convert::Infallible;
 use std::sync::Arc;
-use std::time::Duration;
 use tokio::sync::Notify;
-use tokio::time::Instant;
 
 /// Largest request, bytes: the largest text of a scenario, in which every character may be escaped.
 const MAX_MESSAGE: usize = 2 * MAX_TEXT;
 /// The same where pages may give files to be imported, whose texts are longer.
 const MAX_FILE_MESSAGE: usize = 2 * MAX_FILE;
-/// Largest rate of requests per second: twice that of a drag on a fast screen. Faster clients are read later.
-const RATE: f64 = 240.0;
-/// Largest burst of requests.
-const BURST: f64 = 240.0;
 
 /// `GET /socket`.
 pub async fn open(
@@ -80,12 +74,13 @@ async fn serve(mut socket: WebSocket, state: &Arc<ServerState>) {
 
 /// Relays requests and messages until the connection ends.
 async fn relay(socket: &mut WebSocket, state: &Arc<ServerState>) -> Result<Infallible, Disconnect> {
+    let mut limiter = RateLimiter::new();
     let site = match state.start() {
-        Some(start) => start::relay(socket, state, start).await?,
+        Some(start) => start::relay(socket, state, start, &mut limiter).await?,
         None => state.site(),
     };
     if let Some(live) = site.live() {
-        return relay_session(socket, state, live).await;
+        return relay_session(socket, state, live, &mut limiter).await;
     }
     send_notice(socket, &Notice::Replay).await?;
     Err(Disconnect::Closed(close_code::NORMAL, "this is a finished run"))
@@ -96,12 +91,13 @@ async fn relay_session(
     socket: &mut WebSocket,
     state: &Arc<ServerState>,
     live: &Live,
+    limiter: &mut RateLimiter,
 ) -> Result<Infallible, Disconnect> {
     let mut ending = state.ending.clone();
     let (mut studio, mut offer) = (live.studio(), live.offer());
     let wake = Arc::new(Notify::new());
     let mut tab_handle = TabHandle::take(studio.borrow_and_update().clone(), &wake);
-    let (mut limiter, mut malformed) = (RateLimiter::new(), 0);
+    let mut malformed = 0;
     for notice in live.first() {
         send_notice(socket, notice).await?;
     }
@@ -172,28 +168,6 @@ async fn handle_request(
         request => {
             tab_handle.studio.submit(tab_handle.tab, request);
             Ok(None)
-        }
-    }
-}
-
-/// Rate limiter (token bucket). While it waits nothing is read, so that the sender has to wait too.
-struct RateLimiter {
-    tokens: f64,
-    filled: Instant,
-}
-
-impl RateLimiter {
-    fn new() -> Self {
-        Self { tokens: BURST, filled: Instant::now() }
-    }
-
-    async fn take(&mut self) {
-        let now = Instant::now();
-        self.tokens = (self.tokens + RATE * (now - self.filled).as_secs_f64()).min(BURST);
-        self.filled = now;
-        self.tokens -= 1.0;
-        if self.tokens < 0.0 {
-            tokio::time::sleep(Duration::from_secs_f64(-self.tokens / RATE)).await;
         }
     }
 }

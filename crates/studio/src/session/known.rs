@@ -13,7 +13,7 @@ use wireloom::session::{DrivenHarness, Monitor};
 pub(crate) const MAX_TEXT: usize = 4 << 20;
 /// Largest file that a page may give to be imported, bytes: ten times the harness of a car as KBL. A larger one is
 /// opened by its path.
-pub(crate) const MAX_FILE: usize = 16 << 20;
+pub const MAX_FILE: usize = 16 << 20;
 /// Largest number of faults that are sent to a page.
 const MAX_FAULTS: usize = 100;
 

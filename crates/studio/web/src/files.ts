@@ -1,10 +1,17 @@
 // Files that are given to the page: what their names say of them, and their texts.
 
-/** What is done with a file that the start page cannot open; null for one that it can. `wanted`: what is opened. */
-export function elsewhere(name: string, wanted = "a scenario (.toml) or a KBL file (.kbl, .xml)"): string | null {
+/** What is done with a file of another kind that is known; null for all others. */
+export function ofOtherKind(name: string): string | null {
   if (/\.(stl|obj|gltf|glb)$/i.test(name)) return "a mesh is an obstacle of a scenario: put it into the folder of the scenario, and name it as mesh = \"…\" of an obstacle.";
   if (/\.(step|stp)$/i.test(name)) return "parts of a STEP file are obstacles of a scenario: make them with “wireloom import step FILE -o DIR”.";
-  if (/\.vec$/i.test(name)) return "the page imports KBL only: make a scenario of it with “wireloom import”, and open that.";
+  if (/\.vec$/i.test(name)) return "the page imports KBL only: make a scenario of it with “wireloom import vec FILE -o NAME.toml”, and open that.";
+  return null;
+}
+
+/** What is done with a file that is given to a page and that it cannot open; null for one that it can. `wanted`: what is opened. */
+export function elsewhere(name: string, wanted = "a scenario (.toml) or a KBL file (.kbl, .xml)"): string | null {
+  const other = ofOtherKind(name);
+  if (other !== null) return other;
   if (isImported(name) || /\.toml$/i.test(name)) return null;
   return `${wanted} is wanted.`;
 }

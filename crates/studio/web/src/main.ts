@@ -329,7 +329,7 @@ store.on("draft", (written) => {
   if (written === null) return;
   const answer = (take: boolean) => () => connection.send({ do: "draft", take });
   bar.replaceChildren(
-    element("span", {}, `There are unsaved changes of an earlier session (${when(written)}).`),
+    element("span", {}, `There are unsaved changes of an earlier session (${when(written)}). Until you choose, no draft of this session is kept.`),
     element("button", { onclick: answer(true) }, "Restore it"),
     element("button", { onclick: answer(false) }, "Discard it"),
   );

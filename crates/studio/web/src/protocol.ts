@@ -737,7 +737,11 @@ examples: Array<Example>,
 /**
  * When the draft of a session without a file was stored (RFC 3339); none if there is none.
  */
-draft: string | null, };
+draft: string | null, 
+/**
+ * Largest file that a page may give to be imported, bytes. A larger one is opened by its path.
+ */
+largest_import: number, };
 
 export type Recent = { 
 /**

@@ -1,14 +1,12 @@
 // The start page: recent files, examples, a new harness, and files that are given to it. It is shown until a session is opened.
 import { byId, element } from "./dom";
 import { faultWords, MOST } from "./editor";
-import { elsewhere, isImported, textOf } from "./files";
+import { elsewhere, isImported, ofOtherKind, textOf } from "./files";
 import type { Link, LinkState } from "./link";
 import type { Arranged, Contents, ImportFile, NotOpened, Opening, StartPage } from "./protocol";
 import type { Store } from "./store";
 import { when } from "./units";
 
-/** Largest file to be imported that the server takes, bytes. */
-const MOST_IMPORTED = 16 * 1024 * 1024;
 /** Proposed length of the longest segment, mm. */
 const SPACING = "10";
 
@@ -39,6 +37,8 @@ export class StartPane {
   private file = element("input", { id: "start-file", type: "file", accept: ".toml,.kbl,.xml" });
   private kbl = element("div", { id: "kbl", hidden: true });
   private waiting: string | null = null;
+  /** Largest file to be imported that the program takes, bytes; none is taken before it has said that. */
+  private largestImport = 0;
   private link: LinkState = "connecting";
 
   constructor(
@@ -92,6 +92,7 @@ export class StartPane {
     document.body.classList.add("starting");
     this.holder.hidden = false;
     this.folder.textContent = page.folder;
+    this.largestImport = page.largest_import;
     this.draft.hidden = page.draft === null;
     if (page.draft !== null) {
       const answer = (take: boolean) => () => {
@@ -103,7 +104,7 @@ export class StartPane {
     const entries = page.recent.map(({ path, opened, gone }) => {
       const { name, folder } = nameAndFolder(path);
       const details = element("span", { class: "quiet" }, [gone ? "gone:" : "", folder, opened === null ? "" : `(${when(opened)})`].filter((words) => words !== "").join(" "));
-      const title = gone ? element("s", { title: path }, name) : element("button", { class: "plain", title: path, onclick: () => this.openPath(path) }, name);
+      const title = gone ? element("s", { title: path }, name) : element("button", { class: "plain", title: path, onclick: () => this.open({ is: "path", path }, path) }, name);
       return element("li", {}, title, details);
     });
     this.recent.replaceChildren(...(entries.length > 0 ? entries : [element("li", { class: "quiet" }, "none yet")]));
@@ -119,7 +120,8 @@ export class StartPane {
 
   private openPath(path: string): void {
     if (path === "") return this.refuse({ message: "There is no path to open.", help: "give the path of a scenario, such as harness.toml", faults: [] });
-    const other = /\.[a-z0-9]+$/i.test(nameAndFolder(path).name) ? elsewhere(path) : null;
+    // The name of a folder may end in anything: the program says what else is no scenario and no run.
+    const other = ofOtherKind(path);
     if (other !== null) return this.refuse({ message: `${path}: ${other}`, help: "", faults: [] });
     if (isImported(path)) this.askContents({ from: "path", path }, path);
     else this.open({ is: "path", path }, path);
@@ -132,7 +134,7 @@ export class StartPane {
     const refuse = (words: string, help = "") => this.refuse({ message: `${name}: ${words}`, help, faults: [] });
     const other = elsewhere(name);
     if (other !== null) return refuse(other);
-    const read = await textOf(file, isImported(name) ? MOST_IMPORTED : MOST);
+    const read = await textOf(file, isImported(name) ? this.largestImport : MOST);
     if ("fault" in read) return refuse(read.fault, "a larger file is opened by its path");
     if (isImported(name)) this.askContents({ from: "text", name, text: read.text }, name);
     else this.open({ is: "text", name, text: read.text }, name);

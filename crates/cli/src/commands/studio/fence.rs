@@ -1,10 +1,11 @@
 //! Files that the texts of a session may name. Its first text comes from the user's file and may name any; texts that
 //! pages send may name those, and files within the scenario's folder.
 
+use super::storage::FileStorage;
 use crate::files::load::Beside;
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use wireloom::scenario::Files;
 use wireloom_studio::SessionFiles;
 
@@ -85,19 +86,47 @@ impl SessionFiles for Fence {
     }
 }
 
-/// A scenario that is opened from no file has no files beside it.
-pub struct NoFile;
+/// Files of a scenario that is opened from no file: none, and those of its folder once it is saved.
+pub struct OnceSaved {
+    storage: FileStorage,
+    fence: OnceLock<Fence>,
+}
 
-impl Files for NoFile {
-    fn read(&self, _: &str) -> Result<String, String> {
-        Err("this scenario was not opened from its file; open it by its path, so that files beside it are found"
-            .to_owned())
+impl OnceSaved {
+    /// Those of the scenario that is saved there.
+    pub fn of(storage: FileStorage) -> Self {
+        Self { storage, fence: OnceLock::new() }
+    }
+
+    fn fence(&self) -> Result<&Fence, String> {
+        if let Some(fence) = self.fence.get() {
+            return Ok(fence);
+        }
+        let file = self.storage.file().ok_or(
+            "this scenario is not saved yet, so no files are found beside it; save it first or, if it is a file \
+             already, open it by its path",
+        )?;
+        Ok(self.fence.get_or_init(|| {
+            let fence = Fence::of(&file);
+            fence.close();
+            fence
+        }))
     }
 }
 
-impl SessionFiles for NoFile {
+impl Files for OnceSaved {
+    fn read(&self, path: &str) -> Result<String, String> {
+        self.fence()?.read(path)
+    }
+
+    fn bytes(&self, path: &str) -> Result<Vec<u8>, String> {
+        self.fence()?.bytes(path)
+    }
+}
+
+impl SessionFiles for OnceSaved {
     fn anew(&self) -> Arc<dyn SessionFiles> {
-        Arc::new(Self)
+        Arc::new(Self::of(self.storage.clone()))
     }
 }
 
@@ -105,6 +134,7 @@ impl SessionFiles for NoFile {
 mod tests {
     use super::*;
     use std::fs;
+    use wireloom_studio::Storage;
 
     /// What had been read once stayed for the whole session.
     #[test]
@@ -146,5 +176,26 @@ mod tests {
             assert!(fence.read("link.toml").is_err_and(|said| said.contains("scenario's folder")));
         }
         assert!(fence.read("none.toml").is_err_and(|said| !said.contains("scenario's folder")));
+    }
+
+    /// They were refused with "open it by its path", which a session cannot do.
+    #[test]
+    fn a_scenario_without_a_file_has_the_files_beside_it_once_it_is_saved() {
+        let place = tempfile::tempdir().expect("a folder");
+        let inner = place.path().join("inner");
+        fs::create_dir(&inner).expect("made");
+        for (name, text) in [("secret.toml", "s"), ("inner/box.stl", "old")] {
+            fs::write(place.path().join(name), text).expect("written");
+        }
+        let mut storage = FileStorage::new_in(&inner, "y.toml");
+        let files = OnceSaved::of(storage.clone());
+        assert!(files.bytes("box.stl").is_err_and(|said| said.contains("save it first")));
+        assert_eq!(storage.store("a = 1", Some("mine.toml"), false).as_deref(), Ok("mine.toml"));
+        assert_eq!(files.bytes("box.stl").as_deref(), Ok(b"old".as_slice()));
+        assert_eq!(files.read("mine.toml").as_deref(), Ok("a = 1"));
+        assert!(files.read("../secret.toml").is_err_and(|said| said.contains("scenario's folder")));
+        assert_eq!(storage.store("a = 2", None, false).as_deref(), Ok("mine.toml"));
+        assert_eq!(files.read("mine.toml").as_deref(), Ok("a = 1"), "a run has one text of it");
+        assert_eq!(files.anew().read("mine.toml").as_deref(), Ok("a = 2"));
     }
 }

@@ -1,6 +1,6 @@
 //! A session of a scenario: opened, its drafts kept, its results exported.
 
-use super::fence::{Fence, NoFile};
+use super::fence::{Fence, OnceSaved};
 use super::memory::{Draft, Memory};
 use super::storage::FileStorage;
 use crate::arguments::Allowed;
@@ -36,9 +36,7 @@ pub fn of_file(path: &Path, allowed: &Allowed, memory: Option<Memory>) -> Result
     let text = load::text(path)?;
     let opener = Opener { allowed: allowed.clone(), storage: FileStorage::new(path, &text) };
     let studio = opener.open(&text, false)?;
-    let draft = memory.as_ref().and_then(|memory| memory.remembered().draft.clone());
-    let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
-    Ok(Live::new(studio, offer, Box::new(AtHand { opener, memory: memory.map(Mutex::new) })))
+    Ok(live(studio, &text, opener, memory))
 }
 
 /// A session of a text that has no file yet: it is saved in `folder`. `unsaved`: whether the text is nowhere else.
@@ -52,7 +50,15 @@ pub fn of_text(
 ) -> Result<Live, Failure> {
     let opener = Opener { allowed: allowed.clone(), storage: FileStorage::new_in(folder, name) };
     let studio = opener.open(text, unsaved)?;
-    Ok(Live::new(studio, None, Box::new(AtHand { opener, memory: memory().map(Mutex::new) })))
+    Ok(live(studio, text, opener, memory()))
+}
+
+/// The session of a text, which offers the draft of an earlier one.
+fn live(studio: Studio, text: &str, opener: Opener, memory: Option<Memory>) -> Live {
+    let draft = memory.as_ref().and_then(|memory| memory.remembered().draft.clone());
+    let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
+    let kept = memory.map(|memory| Mutex::new(Kept { memory, unanswered: offer.is_some() }));
+    Live::new(studio, offer, Box::new(AtHand { opener, kept }))
 }
 
 /// Opens sessions of one scenario.
@@ -72,7 +78,7 @@ impl Opener {
         let fence = self.storage.file().map(|file| Fence::of(&file));
         let files: Arc<dyn SessionFiles> = match &fence {
             Some(fence) => Arc::new(fence.clone()),
-            None => Arc::new(NoFile),
+            None => Arc::new(OnceSaved::of(self.storage.clone())),
         };
         let opened = SessionInput {
             text: text.to_owned(),
@@ -98,67 +104,89 @@ impl Opener {
     }
 }
 
-/// The state of the scenario's file, if that has another path since it was saved under another name; `open`: that of
-/// a path, unless another studio has it. It has the port of this session, where its pages are open.
-///
-/// # Errors
-/// If drafts cannot be kept there; those of the file of before are none of the new file.
-fn follow(memory: &mut Memory, path: &Path, open: impl FnOnce(&Path) -> io::Result<Option<Memory>>) -> io::Result<()> {
-    let path = match path.canonicalize() {
-        // It was removed: its draft stays where it is.
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        path => path?,
-    };
-    if path == memory.remembered().scenario {
-        return Ok(());
+/// The state that is kept of a scenario.
+struct Kept {
+    memory: Memory,
+    /// Whether its draft is of an earlier session, and no user has restored or discarded it.
+    unanswered: bool,
+}
+
+impl Kept {
+    /// Goes to the state of the scenario's file, if that has another path since it was saved under another name;
+    /// `open`: that of a path, unless another studio has it. It has the port of this session, where its pages are open.
+    ///
+    /// # Errors
+    /// If drafts cannot be kept there; those of the file of before are none of the new file.
+    fn follow(&mut self, path: &Path, open: impl FnOnce(&Path) -> io::Result<Option<Memory>>) -> io::Result<()> {
+        let path = match path.canonicalize() {
+            // It was removed: its draft stays where it is.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+            path => path?,
+        };
+        if path == self.memory.remembered().scenario {
+            return Ok(());
+        }
+        let other = open(&path)?;
+        let port = self.memory.remembered().port;
+        // The draft of an earlier session stays for the next one.
+        if !self.unanswered {
+            self.memory.change(|known| known.draft = None)?;
+        }
+        let Some(mut other) = other else { return Err(io::Error::other("another studio has it open")) };
+        other.change(|known| (known.port, known.opened) = (port, Some(now())))?;
+        *self = Self { memory: other, unanswered: false };
+        Ok(())
     }
-    let other = open(&path)?;
-    let port = memory.remembered().port;
-    memory.change(|known| known.draft = None)?;
-    let Some(mut other) = other else { return Err(io::Error::other("another studio has it open")) };
-    other.change(|known| (known.port, known.opened) = (port, Some(now())))?;
-    *memory = other;
-    Ok(())
 }
 
 /// Services for the server: drafts, sessions, exports.
 struct AtHand {
     opener: Opener,
     /// None where another studio has this scenario open.
-    memory: Option<Mutex<Memory>>,
+    kept: Option<Mutex<Kept>>,
 }
 
 impl AtHand {
     /// The state of the scenario's present file, and whether it can be kept.
-    fn memory(&self) -> Option<(MutexGuard<'_, Memory>, io::Result<()>)> {
-        let mut memory = self.memory.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
-        let followed = self.opener.storage.file().map_or(Ok(()), |file| follow(&mut memory, &file, Memory::of));
-        Some((memory, followed))
+    fn kept(&self) -> Option<(MutexGuard<'_, Kept>, io::Result<()>)> {
+        let mut kept = self.kept.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+        let followed = self.opener.storage.file().map_or(Ok(()), |file| kept.follow(&file, Memory::of));
+        Some((kept, followed))
     }
 }
 
 impl Backend for AtHand {
     fn keep(&self, draft: Option<&str>) {
         let draft = draft.map(|text| Draft { text: text.to_owned(), written: now() });
-        let Some((mut memory, followed)) = self.memory() else { return };
+        let Some((mut kept, followed)) = self.kept() else { return };
         if let Err(error) = followed {
             let failure = Failure::Io { what: "cannot keep drafts of the new file".to_owned(), source: error };
             diagnostics::show(&failure, &mut io::stderr());
             return;
         }
-        if let Err(error) = memory.change(|known| known.draft = draft) {
+        kept.unanswered = false;
+        if let Err(error) = kept.memory.change(|known| known.draft = draft) {
             let failure = Failure::Io { what: "cannot keep the draft".to_owned(), source: error };
             diagnostics::show(&failure, &mut io::stderr());
         }
     }
 
     fn open(&self, draft: &str) -> Result<Studio, String> {
-        self.opener.open(draft, true).map_err(|failure| failure.to_string())
+        let studio = self.opener.open(draft, true).map_err(|failure| failure.to_string())?;
+        if let Some((mut kept, _)) = self.kept() {
+            // From now on it is the draft of this session.
+            kept.unanswered = false;
+        }
+        Ok(studio)
+    }
+
+    fn still_offers(&self) -> bool {
+        self.kept().is_some_and(|(kept, followed)| followed.is_ok() && kept.unanswered)
     }
 
     fn changed_outside(&self) -> Option<String> {
         // Asked at intervals: a new name is noticed even if there is no draft. A fault is told when there is one.
-        drop(self.memory());
+        drop(self.kept());
         self.opener.storage.changed_outside()
     }
 
@@ -180,7 +208,10 @@ impl Backend for AtHand {
 mod tests {
     use super::*;
     use std::fs;
+    use std::net::TcpListener;
+    use std::time::{Duration, Instant};
     use wireloom_studio::Storage;
+    use wireloom_studio::server::{Content, Server, Site, Token};
 
     const CABLE: &str = "schema = 1\n[sections.s]\ndiameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 1e4\n\
                          bending_stiffness = 0.01\ntorsion_stiffness = 0.01\n[[branches]]\nname = \"b\"\nfrom = \"A\"\n\
@@ -209,11 +240,11 @@ mod tests {
         let of = |path: &Path| Memory::within(&place.join("states"), path.to_owned());
         let [old, new] = ["y.toml", "z.toml"].map(|name| place.join(name));
         fs::write(&new, "").expect("written");
-        let mut memory = of(&old).expect("readable").expect("free");
+        let mut kept = Kept { memory: of(&old).expect("readable").expect("free"), unanswered: false };
         let draft = Some(Draft { text: "a = 1".to_owned(), written: now() });
-        memory.change(|known| (known.port, known.draft) = (Some(7), draft)).expect("written");
-        follow(&mut memory, &new, of).expect("readable");
-        let kept = memory.remembered();
+        kept.memory.change(|known| (known.port, known.draft) = (Some(7), draft)).expect("written");
+        kept.follow(&new, of).expect("readable");
+        let kept = kept.memory.remembered();
         assert_eq!((kept.scenario.as_path(), kept.port, &kept.draft), (new.as_path(), Some(7), &None));
         assert_eq!(of(&old).expect("readable").expect("free again").remembered().draft, None);
     }
@@ -225,13 +256,55 @@ mod tests {
         let place = folder.path().canonicalize().expect("there");
         let [old, new] = ["y.toml", "z.toml"].map(|name| place.join(name));
         fs::write(&new, "").expect("written");
-        let mut memory = Memory::within(&place.join("states"), old.clone()).expect("readable").expect("free");
+        let memory = Memory::within(&place.join("states"), old.clone()).expect("readable").expect("free");
+        let mut kept = Kept { memory, unanswered: false };
         let draft = Draft { text: "a = 1".to_owned(), written: now() };
-        memory.change(|known| known.draft = Some(draft.clone())).expect("written");
-        follow(&mut memory, &old, |_| panic!("it was removed")).expect("its draft is kept");
-        assert!(memory.remembered().draft.is_some());
-        let refused = follow(&mut memory, &new, |_| Ok(None)).expect_err("no drafts are kept");
+        kept.memory.change(|known| known.draft = Some(draft.clone())).expect("written");
+        kept.follow(&old, |_| panic!("it was removed")).expect("its draft is kept");
+        assert!(kept.memory.remembered().draft.is_some());
+        let refused = kept.follow(&new, |_| Ok(None)).expect_err("no drafts are kept");
         assert!(refused.to_string().contains("another studio"), "{refused}");
-        assert_eq!((memory.remembered().scenario.as_path(), &memory.remembered().draft), (old.as_path(), &None));
+        let kept = kept.memory.remembered();
+        assert_eq!((kept.scenario.as_path(), &kept.draft), (old.as_path(), &None));
+    }
+
+    /// An imported harness, which is unsaved, replaced the draft at the first interval.
+    #[test]
+    fn a_draft_that_nobody_has_answered_is_not_replaced_by_another_text_without_a_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().canonicalize().expect("there");
+        let kept = || Memory::within(&place.join("states"), place.clone()).expect("readable").expect("free");
+        let draft = Draft { text: CABLE.replace("length = 1", "length = 2"), written: now() };
+        let mut memory = kept();
+        memory.change(|known| known.draft = Some(draft.clone())).expect("written");
+        let live = of_text(CABLE, (&place, "y.toml"), &Allowed::default(), true, || Some(memory)).expect("no faults");
+        let studio = live.now();
+        let began = Instant::now();
+        while studio.draft().is_none() {
+            assert!(began.elapsed() < Duration::from_secs(60), "it is unsaved");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let site = Site { page: String::new(), content: Content::Live(live), envelope: None };
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let token = Token::random().expect("random numbers");
+        let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
+        assert!(server.stop(), "it keeps the draft at the end, too");
+        assert_eq!(kept().remembered().draft, Some(draft));
+    }
+
+    /// To save the session under a name deleted it.
+    #[test]
+    fn a_draft_that_nobody_has_answered_stays_where_it_is_when_the_session_is_saved() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().canonicalize().expect("there");
+        let of = |path: &Path| Memory::within(&place.join("states"), path.to_owned());
+        let new = place.join("mine.toml");
+        fs::write(&new, "").expect("written");
+        let mut kept = Kept { memory: of(&place).expect("readable").expect("free"), unanswered: true };
+        let draft = Some(Draft { text: "a = 1".to_owned(), written: now() });
+        kept.memory.change(|known| known.draft.clone_from(&draft)).expect("written");
+        kept.follow(&new, of).expect("readable");
+        assert_eq!((kept.memory.remembered().scenario.as_path(), kept.unanswered), (new.as_path(), false));
+        assert_eq!(of(&place).expect("readable").expect("free again").remembered().draft, draft);
     }
 }

@@ -16,7 +16,7 @@ use wireloom_studio::protocol::{
     Arranged, Contents, Example, ImportFile, Module, NotOpened, Notice, Opening, Recent, StartPage,
 };
 use wireloom_studio::server::{Content, Live, Site, Start, Starter, not_opened};
-use wireloom_studio::{PAGE, imported};
+use wireloom_studio::{MAX_FILE, PAGE, imported};
 
 /// Name that is proposed for the file of a new harness.
 const NEW_NAME: &str = "new-harness.toml";
@@ -193,6 +193,7 @@ impl Starter for AtHand {
             recent: memory::recent().into_iter().filter_map(recent).collect(),
             examples: EXAMPLES.iter().map(example).collect(),
             draft: draft.map(|draft| draft.written.clone()),
+            largest_import: u32::try_from(MAX_FILE).unwrap_or(u32::MAX),
         }
     }
 
