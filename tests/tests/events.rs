@@ -96,16 +96,51 @@ fn a_jump_in_a_coarse_increment_is_found_and_placed() {
         let jumps = of(&run, EventKind::Jump);
         let [jump] = jumps[..] else { panic!("{increments}: {jumps:?}") };
         let (_, place) = jump.message.split_once("at once, at ").expect("a place");
-        let (percent, _) = place.split_once(" %").expect("a unit");
-        percent.parse::<f64>().expect("a number")
+        let (percent, _) = place.split_once(" % of the increment").expect("a unit");
+        let before = 100 * (jump.first.increment - 1);
+        (before as f64 + percent.parse::<f64>().expect("a number")) / increments as f64
     };
     let fine = percent(400);
     for increments in [1, 2, 3, 5, 40] {
         // A part of an increment that is halved nine times.
-        let resolved = 100.0 / (512 * increments) as f64 + 100.0 / (512 * 400) as f64 + 0.01;
+        let resolved = 100.0 / (512 * increments) as f64 + 100.0 / (512 * 400) as f64 + 0.1 / increments as f64;
         let off = (percent(increments) - fine).abs();
         assert!(off < resolved, "{increments} increments: {off} % away from {fine} %");
     }
+}
+
+/// A cable that bows up twice, between three connectors, is pushed on both bows. They snap at 5.0 and at 5.5 % of the
+/// step. The second jump was no farther than the first one, and had no event in the next increment.
+#[test]
+fn a_jump_in_the_increment_after_a_jump_is_found() {
+    let (mut text, path) = (
+        ["schema = 1\nname = \"bows\"\ngravity = [0, 0, 0]\n", &section("strip")].concat(),
+        "path = [[0, 0, 0], [0.24, 0, 0.1], [0.475, 0, 0.16], [0.71, 0, 0.1], [0.95, 0, 0], [1.19, 0, 0.1], \
+         [1.425, 0, 0.16], [1.66, 0, 0.1], [1.9, 0, 0]]\n",
+    );
+    text += &branch("strip", ["A", "B"], "strip", 2.0, 100);
+    text += path;
+    for (name, at, x) in [("left", "end = \"A\"", 0.0), ("middle", "s = 1", 0.95), ("right", "end = \"B\"", 1.9)] {
+        let of = if name == "middle" { "branch = \"strip\", " } else { "" };
+        text += &format!(
+            "[[constraints]]\nname = \"{name}\"\nkind = \"connector\"\nat = {{ {of}{at} }}\nposition = [{x}, 0, 0]\n\
+             tangent = [1, 0, 0]\nup = [0, 0, 1]\n"
+        );
+    }
+    for (bow, s, force) in [("first", 0.5, -4.0), ("second", 1.5, -3.6)] {
+        text += &format!(
+            "[[constraints]]\nname = \"plane {bow}\"\nkind = \"handle\"\nat = {{ branch = \"strip\", s = {s} }}\n\
+             hold = [\"position\"]\nrail = [[1, 0, 0], [0, 0, 1]]\n\
+             [[loads]]\nname = \"{bow}\"\nat = {{ branch = \"strip\", s = {} }}\nforce = [0, 0, {force}]\nfactor = 0\n",
+            s - 0.05
+        );
+    }
+    text += "[[steps]]\nname = \"push\"\nincrements = 100\nload = [{ load = \"first\", factor = 1 }, \
+             { load = \"second\", factor = 1 }]\n";
+    let run = run(&text);
+    // Successive increments are one event.
+    let [jumps] = of(&run, EventKind::Jump)[..] else { panic!("{:?}", run.events) };
+    assert_eq!((jumps.first.increment, jumps.last.increment, jumps.increments), (5, 6, 2), "{jumps:?}");
 }
 
 /// Without a jump the same way is gone where a hand leads the middle down and keeps it level: what moves is what is

@@ -175,11 +175,12 @@ impl Driver<'_, '_> {
         let given = events::prescribed(&conditions.active, &before.targets, &conditions.targets);
         // A cable that ran out of a constraint has an event of its own.
         let previous = self.previous_move.filter(|_| conditions.active == before.active);
-        self.previous_move = Some(moved);
         let far = events::is_out_of_proportion(moved, previous, given, self.problem.scales().length);
         let jump = if far || snapped { self.find_jump(plan, fractions, before) } else { None };
-        if let Some(jump) = jump.or_else(|| snapped.then(|| events::jump_unseen(moved))) {
-            self.log.raise(jump);
+        match jump.or_else(|| snapped.then(|| events::jump_unseen(moved))) {
+            // The next jump is not to be measured by this one.
+            Some(jump) => self.log.raise(jump),
+            None => self.previous_move = Some(moved),
         }
     }
 

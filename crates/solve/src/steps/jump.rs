@@ -21,7 +21,8 @@ const AT_ONCE: f64 = 0.25;
 
 impl Driver<'_, '_> {
     /// The jump in an increment from one fraction of a plan to another, which began under the conditions `before` and
-    /// has ended at an equilibrium; `None` if the way there is continuous, or was not found again.
+    /// has ended at an equilibrium; `None` if the way there is continuous, or was not found again. Of several jumps it
+    /// is the longest.
     pub(super) fn find_jump(&mut self, plan: &Plan, [a, b]: [f64; 2], before: &Conditions) -> Option<Occurrence> {
         let least = AT_ONCE * result::farthest(&self.began, &self.state);
         let now = self.snapshot((0, 0), None, 0.0);
@@ -32,7 +33,12 @@ impl Driver<'_, '_> {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (from + to);
             let (mut trial, _) = Driver::at_checkpoint(network, &mut *self.minimiser, &stop, lower.clone(), &monitor);
-            if !is_balanced(trial.reach(plan, from, middle).0) {
+            let before = (trial.iterations, trial.polish, trial.factorisations);
+            let (status, _) = trial.reach(plan, from, middle);
+            self.iterations += trial.iterations - before.0;
+            self.polish += trial.polish - before.1;
+            self.factorisations += trial.factorisations - before.2;
+            if !is_balanced(status) {
                 return None;
             }
             let [first, second] =
@@ -51,13 +57,17 @@ impl Driver<'_, '_> {
                 lower = trial.snapshot((0, 0), None, 0.0);
             }
         }
-        self.minimiser.forget();
+        let place = if from == a {
+            "at the beginning of the increment".to_owned()
+        } else {
+            format!("at {:.1} % of the increment", 100.0 * (to - a) / (b - a))
+        };
         Some(Occurrence {
             kind: EventKind::Jump,
             place: EventPlace::default(),
             value: Some(moved),
             limit: None,
-            message: format!("moved by {:.1} mm at once, at {:.2} % of the step", 1e3 * moved, 100.0 * to),
+            message: format!("moved by {:.1} mm at once, {place}", 1e3 * moved),
         })
     }
 }
