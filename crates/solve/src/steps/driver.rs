@@ -56,8 +56,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(super) lost_twist: Vec<Occurrence>,
     /// Smallest part of the current increment that was tried in one piece.
     pub(super) smallest_part: f64,
-    /// Largest displacement of a point in the last increment without a jump, m; `None` in the first increment of a step that
-    /// releases or adds a constraint: any motion may follow there.
+    /// Largest displacement of a point in the last increment without a jump, m; `None` in the first increment of a step
+    /// that releases or adds a constraint: any motion may follow there.
     pub(super) previous_move: Option<f64>,
     /// Estimated discretisation errors of the last result, by branch.
     pub(super) errors: Vec<NodalErrors>,
