@@ -67,7 +67,8 @@ fn a_cable_that_falls_over_between_two_clamps_is_not_held_back_by_its_stretch() 
     let end = &run.steps[0];
     assert_eq!((run.status(), end.stable), (Status::Converged, Some(true)));
     assert!(end.branches[0].position.iter().any(|x| x.z > 0.1), "it hangs where it hung");
-    assert!(end.minimiser.iterations < 100, "{} iterations", end.minimiser.iterations);
+    // It falls at once, so the increment is followed again in halves: some 470 in all, and 1,500 with such steps.
+    assert!(end.minimiser.iterations < 600, "{} iterations", end.minimiser.iterations);
 }
 
 /// A network hung from its constraints where its rest shape has them, and dragged once.
