@@ -126,7 +126,7 @@ def test_a_motion_that_fails_stays_in_the_last_equilibrium_on_its_way() -> None:
     scenario["obstacles"] = [{"name": "box", "shape": "box", "size": [0.2, 0.2, 0.2], "position": [0.7, 0, 0.45]}]
     session = wireloom.Session(scenario)
     with pytest.raises(wireloom.RequestError, match="the harness is in the last equilibrium on the way"):
-        session.move("plug-B", position=[0.7, 0, 0.45])
+        session.move("plug-B", position=[0.7, 0, 0.9])
     stays = session.state.branches["cable"].position
     assert np.allclose(stays[-1], [0.7, 0, 0.3], atol=1e-9)
     assert np.allclose(session.scenario.run().steps[-1].branches["cable"].position, stays, rtol=0, atol=1e-6)
