@@ -5,6 +5,8 @@
 
 use super::lines::{Line, Pair, Place, between, nearest_pair, nearest_within};
 use std::borrow::Cow;
+use std::cell::OnceCell;
+use std::ops::Range;
 use wireloom_core::equilibrium::{BranchResult, Clearance, ClearanceFrom, StepResult};
 use wireloom_core::network::{APART, BranchEnd};
 use wireloom_core::obstacle::Obstacle;
@@ -116,29 +118,43 @@ struct Way {
 pub(crate) struct Cables<'n> {
     network: &'n Network,
     lines: Vec<Line>,
-    /// The same, finer, for distances of cables from each other.
-    fine: Vec<Line>,
+    fine: OnceCell<FineLines>,
+    overlaps: OnceCell<Vec<CableOverlap>>,
+}
+
+/// What distances of cables from each other are measured with.
+struct FineLines {
+    /// The lines, finer.
+    lines: Vec<Line>,
     /// For each joint the joints near it along the harness, with their distances, m.
     near: Vec<Vec<(usize, f64)>>,
-    /// All pairs of branches, and all branches, that lie in each other or in themselves, at their deepest place, in the
-    /// order of the branches. Cables that leave a joint (or two joints less than [`APART`] sums of radii from each
-    /// other) side by side do not count up to the place where they have separated.
-    pub overlaps: Vec<CableOverlap>,
 }
 
 impl<'n> Cables<'n> {
     /// The cables of a network, with the results of all its branches.
     pub fn new(network: &'n Network, branches: &[BranchResult]) -> Self {
-        let lines: Vec<Line> = branches.iter().map(Line::of).collect();
-        let thickest = lines.iter().map(|line| line.radius).fold(0.0, f64::max);
-        let zone = 2.0 * APART * thickest;
-        let near = network.near_joints(zone);
-        let fine = lines.iter().map(|line| line.divided(zone)).collect();
-        let mut cables = Self { network, near, lines, fine, overlaps: Vec::new() };
-        let mut pairs = cables.near_pairs();
-        pairs.sort_unstable();
-        cables.overlaps = pairs.into_iter().filter_map(|[b, c]| cables.overlap(b, c)).collect();
-        cables
+        let lines = branches.iter().map(Line::of).collect();
+        Self { network, lines, fine: OnceCell::new(), overlaps: OnceCell::new() }
+    }
+
+    fn fine(&self) -> &FineLines {
+        self.fine.get_or_init(|| {
+            let thickest = self.lines.iter().map(|line| line.radius).fold(0.0, f64::max);
+            let zone = 2.0 * APART * thickest;
+            let lines = self.lines.iter().map(|line| line.divided(zone)).collect();
+            FineLines { lines, near: self.network.near_joints(zone) }
+        })
+    }
+
+    /// All pairs of branches, and all branches, that lie in each other or in themselves, at their deepest place, in the
+    /// order of the branches. Cables that leave a joint (or two joints less than [`APART`] sums of radii from each
+    /// other) side by side do not count up to the place where they have separated.
+    pub fn overlaps(&self) -> &[CableOverlap] {
+        self.overlaps.get_or_init(|| {
+            let mut pairs = self.near_pairs();
+            pairs.sort_unstable();
+            pairs.into_iter().filter_map(|[b, c]| self.overlap(b, c)).collect()
+        })
     }
 
     /// Clearance of a part of a branch from an obstacle at `pose`, and where it is least.
@@ -150,10 +166,10 @@ impl<'n> Cables<'n> {
     /// Clearance between parts of two branches, or of one, and where it is least; `None` where they are neighbours
     /// only.
     pub fn clearance_from_branch(&self, one: CablePart, other: CablePart) -> Option<Pair> {
-        let [a, b] = [one, other].map(|part| part_of(&self.fine, part));
+        let [a, b] = [one, other].map(|part| part_of(&self.fine().lines, part));
         let ways = self.ways(one.branch, other.branch);
         let mut best = Pair::nearer_than(f64::INFINITY);
-        let apart = |i: usize, j: usize| {
+        let apart = |i: &Range<usize>, j: &Range<usize>| {
             let along = (one.branch == other.branch).then(|| a.along(i, &b, j));
             is_apart([&a, &b], [i, j], &ways, along)
         };
@@ -184,14 +200,16 @@ impl<'n> Cables<'n> {
 
     /// Deepest place at which two branches lie in each other, or one in itself.
     fn overlap(&self, b: usize, c: usize) -> Option<CableOverlap> {
-        let (one, other) = (&self.fine[b], &self.fine[c]);
+        let (one, other) = (&self.fine().lines[b], &self.fine().lines[c]);
         let radii = one.radius + other.radius;
         let mut ways = self.ways(b, c);
+        let turning = (b == c).then(|| one.turning());
         let search = |ways: &[Way]| {
             let mut best = Pair::nearer_than(radii);
-            let apart = |i: usize, j: usize| {
-                let along = (b == c).then(|| one.along(i, other, j));
-                is_apart([one, other], [i, j], ways, along)
+            let apart = |i: &Range<usize>, j: &Range<usize>| {
+                let along = turning.as_ref().map(|_| one.along(i, other, j));
+                let straight = turning.as_ref().is_some_and(|own| own.keeps_apart(i, j, APART * radii, radii));
+                !straight && is_apart([one, other], [i, j], ways, along)
             };
             match b == c {
                 true => nearest_within(one.piece(), &apart, &mut best),
@@ -230,7 +248,7 @@ impl<'n> Cables<'n> {
         let mut ways = Vec::new();
         for (joint, own) in ends(b) {
             for (other, others) in ends(c).filter(|(_, others)| b != c || *others != own) {
-                let near = self.near[joint].iter().find(|(near, _)| *near == other);
+                let near = self.fine().near[joint].iter().find(|(near, _)| *near == other);
                 ways.extend(near.map(|(_, length)| Way { starts: [own, others], length: *length, together: [0.0; 2] }));
             }
         }
@@ -248,8 +266,9 @@ fn part_of(lines: &[Line], part: CablePart) -> Cow<'_, Line> {
 }
 
 /// Whether two segments of lines are not neighbours: far enough from each other along every way, and not both where
-/// their cables have not separated yet. `along`: arc length between them, for segments of the same branch.
-fn is_apart(lines: [&Line; 2], segments: [usize; 2], ways: &[Way], along: Option<f64>) -> bool {
+/// their cables have not separated yet; of several, whether two may be none. `along`: arc length between them, for
+/// segments of the same branch.
+fn is_apart(lines: [&Line; 2], segments: [&Range<usize>; 2], ways: &[Way], along: Option<f64>) -> bool {
     let neighbours = APART * (lines[0].radius + lines[1].radius);
     let far = |way: &Way| {
         let [p, q] = [0, 1].map(|k| lines[k].to_end(segments[k], way.starts[k]));
@@ -269,7 +288,7 @@ fn together(line: &Line, start: bool, other: &Line) -> f64 {
         best.is_found()
     };
     let separate = (0..n).find(|k| !meets(k));
-    separate.map_or(f64::INFINITY, |k| line.to_end(from_end(k), start))
+    separate.map_or(f64::INFINITY, |k| line.to_end(&(from_end(k)..from_end(k) + 1), start))
 }
 
 /// Distance between the surfaces of a branch between two arc lengths (m) and of an obstacle at the end of an increment,

@@ -216,7 +216,7 @@ fn overlaps(log: &mut EventLog, problem: &Problem<'_>) {
 
 /// Logs cables that lie in each other, or in themselves, deeper than soft cables may.
 fn passed_through(log: &mut EventLog, network: &Network, cables: &Cables<'_>) {
-    for overlap in cables.overlaps.iter().filter(|overlap| overlap.depth > overlap.allowed) {
+    for overlap in cables.overlaps().iter().filter(|overlap| overlap.depth > overlap.allowed) {
         let [branch, other] = overlap.branches.map(|b| &network.branches[b].name);
         let in_what = if branch == other { "itself".to_owned() } else { format!("`{other}`") };
         let advice = if network.contact.cables { "" } else { "; with contact.cables they are kept apart" };

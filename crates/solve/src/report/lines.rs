@@ -1,6 +1,8 @@
 //! Centre lines of branches, with the bounding boxes of their pieces, and places where they are nearest to bodies and
 //! to each other.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::Range;
 use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::{Pose, Vector};
 
@@ -125,15 +127,35 @@ impl Line {
         &self.boxes[1]
     }
 
-    /// Distance of a segment (its nearer node) from an end of the branch, m.
-    pub fn to_end(&self, segment: usize, start: bool) -> f64 {
-        if start { self.s[segment] - self.ends[0] } else { self.ends[1] - self.s[segment + 1] }
+    /// Distance of a segment (its nearer node) from an end of the branch, m; of several the largest.
+    pub fn to_end(&self, segments: &Range<usize>, start: bool) -> f64 {
+        if start { self.s[segments.end - 1] - self.ends[0] } else { self.ends[1] - self.s[segments.start + 1] }
     }
 
     /// Arc length between a segment of this line and one of another line of the same branch, m; not above 0 for the
-    /// same and for neighbours.
-    pub fn along(&self, i: usize, other: &Self, j: usize) -> f64 {
-        (other.s[j] - self.s[i + 1]).max(self.s[i] - other.s[j + 1])
+    /// same and for neighbours. Of several the largest.
+    pub fn along(&self, i: &Range<usize>, other: &Self, j: &Range<usize>) -> f64 {
+        (other.s[j.end - 1] - self.s[i.start + 1]).max(self.s[i.end - 1] - other.s[j.start + 1])
+    }
+
+    /// How the line turns.
+    pub fn turning(&self) -> Turning {
+        let (mut before, mut sum) = (Vector::zeros(), 0.0);
+        let mut turning = Turning { up_to: Vec::with_capacity(self.segments()), stretch: f64::INFINITY };
+        for (i, ([a, b], [from, to])) in self.x.array_windows().zip(self.s.array_windows()).enumerate() {
+            let edge = b - a;
+            let length = edge.norm();
+            let tangent = edge / length;
+            turning.stretch = turning.stretch.min(length / (to - from));
+            if i > 0 {
+                // The angle of two unit vectors at a distance c: 2 asin(c/2) ≤ c + (π − 2) c³/8.
+                let c = (tangent - before).norm();
+                sum += c + (PI - 2.0) * 0.125 * c * c * c;
+            }
+            turning.up_to.push(sum);
+            before = tangent;
+        }
+        turning
     }
 
     /// The halves of the line.
@@ -152,7 +174,7 @@ impl Line {
         Self::new(self.s[k..k + 2].to_vec(), self.x[k..k + 2].to_vec(), self.ends, self.radius)
     }
 
-    fn enclose(&mut self, piece: usize, segments: std::ops::Range<usize>) -> [Vector; 2] {
+    fn enclose(&mut self, piece: usize, segments: Range<usize>) -> [Vector; 2] {
         let nodes = &self.x[segments.start..=segments.end];
         let around = if segments.len() <= FEW {
             let low = nodes.iter().fold(nodes[0], |low, x| low.inf(x));
@@ -207,12 +229,35 @@ impl Line {
 }
 
 /// A piece of a line: line, number and segments of the piece.
-pub(super) type Piece<'l> = (&'l Line, usize, std::ops::Range<usize>);
+pub(super) type Piece<'l> = (&'l Line, usize, Range<usize>);
 
-/// Searches two pieces for places nearer to each other than the best so far, the nearer halves first; `apart` selects
-/// the pairs of segments that count.
-pub(super) fn nearest_pair(a: Piece<'_>, b: Piece<'_>, apart: &impl Fn(usize, usize) -> bool, best: &mut Pair) {
-    if between(&a.0.boxes[a.1], &b.0.boxes[b.1]) >= best.distance {
+/// Upper bounds of how much a line turns, to tell that it is too straight to meet itself.
+pub(super) struct Turning {
+    /// Sum of the angles between neighbouring segments up to each segment, rad.
+    up_to: Vec<f64>,
+    /// Least length of a segment over its unstressed length.
+    stretch: f64,
+}
+
+impl Turning {
+    /// Whether two places of these segments, the first before the second, with at least this arc length (m) between
+    /// them are at least this far (m) from each other. Where a line turns by θ < π, the direction half-way makes an
+    /// angle of at most θ/2 with every segment: a part of length L reaches at least `L cos(θ/2)` along it.
+    pub fn keeps_apart(&self, first: &Range<usize>, second: &Range<usize>, along: f64, distance: f64) -> bool {
+        let half = 0.5 * (self.up_to[second.end - 1] - self.up_to[first.start]);
+        half < FRAC_PI_2 && self.stretch * along * half.cos() >= distance
+    }
+}
+
+/// Searches two pieces for places nearer to each other than the best so far, the nearer halves first; `apart` tells of
+/// two segments whether they count, and of several whether some may.
+pub(super) fn nearest_pair(
+    a: Piece<'_>,
+    b: Piece<'_>,
+    apart: &impl Fn(&Range<usize>, &Range<usize>) -> bool,
+    best: &mut Pair,
+) {
+    if between(&a.0.boxes[a.1], &b.0.boxes[b.1]) >= best.distance || !apart(&a.2, &b.2) {
         return;
     }
     if a.2.len() <= FEW && b.2.len() <= FEW {
@@ -222,7 +267,7 @@ pub(super) fn nearest_pair(a: Piece<'_>, b: Piece<'_>, apart: &impl Fn(usize, us
             let first = ends(a.0, i);
             for j in b.2.clone() {
                 let second = ends(b.0, j);
-                if are_far(&first, &second, best.distance) || !apart(i, j) {
+                if are_far(&first, &second, best.distance) || !apart(&(i..i + 1), &(j..j + 1)) {
                     continue;
                 }
                 let (distance, fractions, at) = nearest_of_segments(first, second);
@@ -249,14 +294,14 @@ pub(super) fn nearest_pair(a: Piece<'_>, b: Piece<'_>, apart: &impl Fn(usize, us
     }
 }
 
-/// Searches a piece for two of its own places that are nearer to each other than the best so far; `apart` selects the
-/// pairs of segments, the first one before the second, that count.
-pub(super) fn nearest_within(a: Piece<'_>, apart: &impl Fn(usize, usize) -> bool, best: &mut Pair) {
-    if a.2.len() <= 1 {
+/// Searches a piece for two of its own places that are nearer to each other than the best so far; `apart` as for
+/// [`nearest_pair`], the first segments before the second ones.
+pub(super) fn nearest_within(a: Piece<'_>, apart: &impl Fn(&Range<usize>, &Range<usize>) -> bool, best: &mut Pair) {
+    if a.2.len() <= 1 || !apart(&a.2, &a.2) {
         return;
     }
     if a.2.len() <= FEW {
-        nearest_pair(a.clone(), a, &|i, j| i < j && apart(i, j), best);
+        nearest_pair(a.clone(), a, &|i, j| i.start < j.end - 1 && apart(i, j), best);
         return;
     }
     let [first, second] = halves(&a);
@@ -367,6 +412,31 @@ mod tests {
             let expected = by_all_pairs(&first, &second);
             assert!((best.distance - expected).abs() < 1e-6, "{} not {expected}", best.distance);
         }
+    }
+
+    /// Where the turning says that a line keeps apart from itself, all pairs of its segments do; a tight coil does not.
+    #[test]
+    fn a_line_that_turns_little_keeps_apart_from_itself() {
+        let (mut kept, mut met) = (0, 0);
+        for k in 0..12 {
+            let turn = 0.8 * f64::from(k);
+            let random = |t: f64| Vector::new(0.02 * (23.0 * t).sin(), 0.015 * (31.0 * t + turn).cos(), 0.05 * t);
+            let radius = 1.0 / turn.max(1.0);
+            let arc = |t: f64| Vector::new(radius * (turn * t).sin(), radius * (turn * t).cos(), 0.0);
+            let line = Line::of(&branch("a", wave(24, |t| arc(t) + random(t))));
+            let (turning, least) = (line.turning(), 0.15);
+            for (i, j) in (0..24).flat_map(|i| (i + 1..24).map(move |j| (i, j))) {
+                let along = line.along(&(i..i + 1), &line, &(j..j + 1));
+                let ends = |k: usize| [line.x[k], line.x[k + 1]];
+                let (distance, ..) = nearest_of_segments(ends(i), ends(j));
+                if along > 0.0 && turning.keeps_apart(&(i..i + 1), &(j..j + 1), along, least) {
+                    kept += 1;
+                    assert!(distance >= least, "segments {i} and {j} of line {k}: {distance}");
+                }
+                met += usize::from(along >= 2.5 * least && distance < least);
+            }
+        }
+        assert!(kept > 500 && met > 10, "{kept} kept apart, {met} met");
     }
 
     /// A sphere beside the middle of a long segment, in a turned frame: nodes alone would miss it.

@@ -355,7 +355,7 @@ impl<'a> Equilibrium<'a> {
                 found.extend(requirement.against.iter().filter_map(|other| self.clearance(part, other)));
             }
             Measure::Overlap => {
-                for overlap in self.cables.overlaps.iter().filter(|overlap| overlap.branches[0] == b) {
+                for overlap in self.cables.overlaps().iter().filter(|overlap| overlap.branches[0] == b) {
                     let place = EventPlace {
                         other_branch: Some(self.branches[overlap.branches[1]].name.clone()),
                         other_s: Some(overlap.s[1]),
