@@ -70,20 +70,30 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
         }
         diagonal[local] = inverse;
         let (start, stop) = (pattern.starts[p] as usize - first_block, pattern.starts[p + 1] as usize - first_block);
-        if stop == start + 2 && rows[start + 1] < end {
-            let (row, later) = (rows[start] as usize, rows[start + 1] as usize);
-            let slot = pattern.starts[row] as usize - first_block;
-            // Along a branch the next column begins with the later row, without a row between.
-            if rows[slot] as usize == later {
-                let (b1, b2) = (below[start], below[start + 1]);
-                let (w1, w2) = (b1 * inverse, b2 * inverse);
-                diagonal[row - first] -= w1 * b1.transpose();
-                below[slot] -= w2 * b1.transpose();
-                diagonal[later - first] -= w2 * b2.transpose();
-                below[start] = w1;
-                below[start + 1] = w2;
-                continue;
+        // The rows of a column from k on are also rows of column k of the factor, in the same order.
+        let slot_from = |column: u32, row: u32| {
+            let mut slot = pattern.starts[column as usize] as usize - first_block;
+            while rows[slot] != row {
+                slot += 1;
             }
+            slot
+        };
+        if let [i, j, k] = rows[start..stop]
+            && k < end
+        {
+            // As along a branch.
+            let (ij, ik, jk) = (slot_from(i, j), slot_from(i, k), slot_from(j, k));
+            let b = [below[start], below[start + 1], below[start + 2]];
+            let w = b.map(|b| b * inverse);
+            let (wi, wj) = (w[0].transpose(), w[1].transpose());
+            diagonal[i as usize - first] -= w[0] * b[0].transpose();
+            below[ij] -= b[1] * wi;
+            below[ik] -= b[2] * wi;
+            diagonal[j as usize - first] -= w[1] * b[1].transpose();
+            below[jk] -= b[2] * wj;
+            diagonal[k as usize - first] -= w[2] * b[2].transpose();
+            below[start..stop].copy_from_slice(&w);
+            continue;
         }
         // A_ik −= B_i P⁻¹ B_kᵀ = B_i W_kᵀ for all pairs of rows i ≥ k of the column. The rows from k on are also rows
         // of column k of the factor, in the same order.
