@@ -4,7 +4,7 @@ use nalgebra::Quaternion;
 use std::f64::consts::TAU;
 use std::fs;
 use wireloom::geometry::{Rotation, Vector};
-use wireloom::result::{Event, EventKind};
+use wireloom::result::{Event, EventKind, Verdict};
 use wireloom::{Control, Run, Status};
 use wireloom_tests::cables::{branch, run, section};
 use wireloom_tests::root;
@@ -362,4 +362,83 @@ load = [{ load = "pull", factor = 1 }]
     let [told] = of(&coarse, EventKind::CoarseMesh)[..] else { panic!("{:?}", coarse.events) };
     assert!(told.value > Some(3.0), "{told:?}");
     assert_eq!(curl(20).status(), Status::Converged);
+}
+
+/// A cable in two plugs and a clip at x = 295 mm, below an obstacle; `STEPS` moves one into the other.
+fn clipped(obstacle: &str, steps: &str) -> Run {
+    let held = r#"
+[[constraints]]
+name = "A"
+kind = "connector"
+at = { end = "A" }
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[constraints]]
+name = "B"
+kind = "connector"
+at = { end = "B" }
+position = [0.588, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[constraints]]
+name = "clip"
+kind = "collar"
+at = { branch = "cable", s = 0.3 }
+position = [0.295, 0, 0]
+tangent = [1, 0, 0]
+[[obstacles]]
+name = "ram"
+"#;
+    let text = ["schema = 1\nname = \"clip\"\n", &section("cable"), &branch("cable", ["A", "B"], "cable", 0.6, 60)];
+    run(&[&text.concat(), held, obstacle, "[[steps]]\nname = \"rest\"\n[[steps]]\nname = \"go\"\n", steps].concat())
+}
+
+/// The line of the sheet about bodies and held cables: its verdict, the worst depth and the limit, m.
+fn driven(run: &Run) -> (Verdict, f64, f64) {
+    let line = run.requirements.iter().find(|line| line.name == "bodies are not driven into held cables");
+    let line = line.expect("a line for every harness with obstacles");
+    (line.verdict, line.worst.expect("a depth"), line.limit)
+}
+
+#[test]
+fn a_body_that_is_driven_through_a_clip_fails() {
+    let ram = "shape = \"box\"\nsize = [0.02, 0.02, 0.3]\nposition = [0.295, 0, 0.4]\n";
+    for increments in [1, 20] {
+        let go =
+            format!("increments = {increments}\n[[steps.move]]\nobstacle = \"ram\"\nposition = [0.295, 0, 0.14]\n");
+        let run = clipped(ram, &go);
+        let (verdict, depth, limit) = driven(&run);
+        assert_eq!((verdict, run.verdict()), (Verdict::Fail, Verdict::Fail), "in {increments}");
+        assert!((depth - 0.01).abs() < 1e-9 && limit == 0.0, "{depth} of {limit} in {increments}");
+        assert!(!of(&run, EventKind::Overlap).is_empty(), "the event says where");
+    }
+}
+
+/// At the ends of the increments the bar is beside the clip.
+#[test]
+fn a_thin_body_that_passes_a_clip_between_two_equilibria_fails() {
+    let bar = "shape = \"cylinder\"\nradius = 0.0005\nlength = 0.2\ntangent = [0, 1, 0]\nposition = [0.295, 0, 0.1]\n";
+    let go = "increments = 3\n[[steps.move]]\nobstacle = \"ram\"\nposition = [0.295, 0, -0.12]\n";
+    let (verdict, depth, _) = driven(&clipped(bar, go));
+    assert_eq!(verdict, Verdict::Fail);
+    assert!((3e-4..=5e-4).contains(&depth), "its radius, to the distance of two looks: {depth}");
+}
+
+#[test]
+fn a_body_that_comes_to_the_surface_of_a_clip_passes() {
+    let ram = "shape = \"box\"\nsize = [0.02, 0.02, 0.3]\nposition = [0.295, 0, 0.4]\n";
+    let go = "increments = 5\n[[steps.move]]\nobstacle = \"ram\"\nposition = [0.295, 0, 0.154]\n";
+    let run = clipped(ram, go);
+    assert_eq!((driven(&run).0, driven(&run).1), (Verdict::Pass, 0.0));
+}
+
+/// As in the check of a scenario, which refuses what is deeper.
+#[test]
+fn a_plug_may_end_less_than_a_radius_within_a_body_that_stands() {
+    let wall = "shape = \"box\"\nsize = [0.02, 0.2, 0.2]\nposition = [0.6, 0, 0]\n";
+    let go = "increments = 5\n[[steps.move]]\nconstraint = \"B\"\nposition = [0.592, 0, 0]\n";
+    let run = clipped(wall, go);
+    let (verdict, depth, limit) = driven(&run);
+    assert!(verdict == Verdict::Pass && (depth - 0.002).abs() < 1e-9 && limit > depth, "{depth} of {limit}");
 }

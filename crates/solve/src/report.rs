@@ -3,6 +3,7 @@
 pub(crate) mod clearance;
 pub(crate) mod deviation;
 pub mod discretisation;
+pub(crate) mod driven;
 pub mod events;
 mod lines;
 mod linking;

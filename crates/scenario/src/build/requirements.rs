@@ -96,15 +96,21 @@ fn insertion_limits(scenario: &Scenario) -> BTreeMap<usize, f64> {
 }
 
 /// What holds for every harness: spans bridge what they are long enough for, and are not pressed straight beyond what
-/// buckles them; cables do not pass through each other.
-fn always(network: &Network) -> [Requirement; 3] {
+/// buckles them; cables do not pass through each other, and bodies not through what constraints hold.
+fn always(network: &Network) -> Vec<Requirement> {
     let branches: Vec<Part> = (0..network.branches.len()).map(Part::whole).collect();
     let own = |name, measure| requirement(name, Origin::Always, measure, branches.clone());
     let thinnest = network.branches.iter().map(|branch| branch.section.diameter).fold(f64::INFINITY, f64::min);
-    // The limits of the last two depend on the span and on the pair; they are computed with the values.
-    [
+    // All limits but the first depend on the span or on the pair; they are computed with the values.
+    let mut all = vec![
         Requirement { max: Some(1.0), ..own("spans are long enough", Measure::Reach) },
         Requirement { max: Some(0.0), ..own("straight spans do not buckle", Measure::Buckling) },
         Requirement { max: Some(SOFT * thinnest), ..own("cables lie side by side", Measure::Overlap) },
-    ]
+    ];
+    if !network.obstacles.is_empty() {
+        let held = (0..network.constraints.len()).map(Part::Constraint).collect();
+        let own = requirement("bodies are not driven into held cables", Origin::Always, Measure::Overlap, held);
+        all.push(Requirement { max: Some(0.5 * thinnest), ..own });
+    }
+    all
 }

@@ -2,13 +2,12 @@
 
 use super::log::{EventLog, Occurrence};
 use crate::report::clearance::{Cables, clearances, keep_least};
+use crate::report::driven::Driven;
 use crate::report::spans::{self, Spans};
 use crate::report::twist_loss::RESOLVED_TURN;
 use crate::steps::certificate::FEASIBLE;
 use std::collections::BTreeMap;
-use wireloom_core::conditions::Conditions;
 use wireloom_core::conditions::Partner;
-use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{
     BranchResult, Clearance, ClearanceFrom, ConstraintResult, OperationResult, SlideMotion, StepResult,
 };
@@ -23,8 +22,6 @@ const OUT_OF_PROPORTION: f64 = 2.0;
 /// The same where nothing moved before: on the prescribed move, and on the prescribed turn times the length of the
 /// longest branch. A taut cable moves several times as far as its end.
 const BEYOND_PRESCRIBED: [f64; 2] = [8.0, 2.0];
-/// Change of the distance of a held centre line from an obstacle that is round-off, in radii of the cable.
-const SAME_DEPTH: f64 = 1e-6;
 /// Least move of a jump, as a fraction of the longest branch.
 const FAR: f64 = 0.01;
 
@@ -126,43 +123,21 @@ pub(crate) fn log_increment(
     }
 }
 
-/// Constraints that hold their cable in an obstacle, deeper than it was held under the conditions `before`: a body that
-/// is driven into what is held there, or a plug into a body.
-pub(crate) fn driven_into_bodies(problem: &Problem<'_>, before: &Conditions) -> Vec<Occurrence> {
-    let (network, now) = (problem.network, problem.conditions());
-    let mut found = Vec::new();
-    let acting = network.constraints.iter().enumerate().filter(|(f, _)| now.active[*f] && before.active[*f]);
-    for (f, constraint) in acting {
-        let Action::Prescribed(hold) = constraint.model.action() else { continue };
-        if !hold.position || !hold.rails.is_empty() {
-            continue;
-        }
-        let radius = 0.5 * network.diameter_at(constraint.place);
-        for (o, obstacle) in network.obstacles.iter().enumerate() {
-            let distance =
-                |at: &Conditions| obstacle.shape.distance(&at.contact.poses[o].local(&at.targets[f].position), radius);
-            let (was, is) = (distance(before), distance(now));
-            if is < was.min(0.0) - SAME_DEPTH * radius {
-                found.push(Occurrence {
-                    kind: EventKind::Overlap,
-                    place: EventPlace {
-                        obstacle: Some(obstacle.name.clone()),
-                        ..EventPlace::constraint(&constraint.name)
-                    },
-                    value: Some(is),
-                    limit: Some(0.0),
-                    message: format!(
-                        "obstacle `{}` and the cable that `{}` holds are driven into each other: its centre line is \
-                         {:.1} mm below the surface",
-                        obstacle.name,
-                        constraint.name,
-                        -1e3 * is
-                    ),
-                });
-            }
-        }
+/// A body that is driven into what a constraint holds, or a plug into a body.
+pub(crate) fn driven_into_body(network: &Network, driven: &Driven) -> Occurrence {
+    let (constraint, obstacle) =
+        (&network.constraints[driven.constraint].name, &network.obstacles[driven.obstacle].name);
+    Occurrence {
+        kind: EventKind::Overlap,
+        place: EventPlace { obstacle: Some(obstacle.clone()), ..EventPlace::constraint(constraint) },
+        value: Some(-driven.depth),
+        limit: Some(-driven.allowed),
+        message: format!(
+            "obstacle `{obstacle}` and the cable that `{constraint}` holds are driven into each other: its centre line \
+             is {:.1} mm below the surface",
+            1e3 * driven.depth
+        ),
     }
-    found
 }
 
 /// Place and description of a contact violation.

@@ -4,6 +4,7 @@
 //! [`super::equilibrium`] solves under given conditions, [`super::step_result`] reports.
 
 use crate::report::discretisation::NodalErrors;
+use crate::report::driven::Driven;
 use crate::report::time_error::TimeError;
 use crate::report::{EventLog, Occurrence, TwistMonitor};
 use crate::start::layout;
@@ -59,6 +60,8 @@ pub(crate) struct Driver<'n, 'm> {
     /// Largest displacement of a point in the last increment without a jump, m; `None` in the first increment of a step
     /// that releases or adds a constraint: any motion may follow there.
     pub(super) previous_move: Option<f64>,
+    /// Constraints and bodies that were driven into each other in the last increment.
+    pub(super) driven: Vec<Driven>,
     /// Estimated discretisation errors of the last result, by branch.
     pub(super) errors: Vec<NodalErrors>,
     /// Errors that the parts of time up to here leave, by branch.
@@ -142,6 +145,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             lost_twist: Vec::new(),
             smallest_part: 1.0,
             previous_move: None,
+            driven: Vec::new(),
             errors: Vec::new(),
             time_errors: vec![TimeError::default(); network.branches.len()],
             all_clearances: false,
@@ -237,6 +241,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             prescribed_turns: _,
             lost_twist: _,
             smallest_part: _,
+            driven: _,
             errors: _,
             all_clearances: _,
             guide: _,

@@ -4,7 +4,7 @@ use super::driver::{Driver, is_balanced};
 use crate::report::clearance::Cables;
 use crate::report::passage::Passage;
 use crate::report::spans::Spans;
-use crate::report::{self, Occurrence, TwistMonitor, events, result};
+use crate::report::{self, Occurrence, TwistMonitor, driven, events, result};
 use crate::steps::certificate::Grade;
 use crate::steps::operations;
 use crate::steps::plan::Plan;
@@ -112,6 +112,7 @@ impl Driver<'_, '_> {
     /// Finds the end of the increment from fraction `a` to fraction `b` of a plan; logs cut-back, lost twist and jumps.
     fn solve_increment(&mut self, plan: &Plan, a: f64, b: f64) -> Grade {
         self.began.copy_from(&self.state);
+        self.driven.clear();
         let before = self.problem.conditions().clone();
         let at_first = plan.takes_time().then(|| self.results_of_branches());
         let (status, snapped) = self.reach(plan, a, b);
@@ -136,8 +137,9 @@ impl Driver<'_, '_> {
             }
             self.problem.commit_rods_and_joints(&self.state);
             self.problem.sum_dissipated(&before);
-            for driven in events::driven_into_bodies(&self.problem, &before) {
-                self.log.raise(driven);
+            self.driven = driven::driven(&self.problem, &before);
+            for driven in &self.driven {
+                self.log.raise(events::driven_into_body(self.problem.network, driven));
             }
             self.log_jump(plan, [a, b], &before, snapped);
         }
