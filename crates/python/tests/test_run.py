@@ -182,6 +182,14 @@ def test_arrays_are_views_of_the_result(run: wireloom.Run) -> None:
     assert branch.d1.ctypes.data == branch.d1.ctypes.data and branch.d1.shape == branch.position.shape
 
 
+def test_numbers_of_parts_cannot_be_written(run: wireloom.Run) -> None:
+    end = run.steps[-1]
+    constraint, joint = next(iter(end.constraints.values())), next(iter(end.joints.values()))
+    for array in (constraint.position, constraint.orientation, constraint.force, constraint.moment, joint.position):
+        with pytest.raises(ValueError):
+            array[0] = 1
+
+
 def test_arrays_outlive_their_run() -> None:
     run = wireloom.loads(wireloom.EXAMPLE).run()
     arrays = [getattr(run.steps[0].branches["cable"], key) for key in ("position", "d3", "bend_radius")]

@@ -1,4 +1,4 @@
-"""Runs and their results. Arrays are read-only views of the result's memory; `array.copy()` is your own."""
+"""Runs and their results. Arrays are read-only, at nodes views of the result's memory; `array.copy()` is your own."""
 
 from __future__ import annotations
 
@@ -28,6 +28,12 @@ if TYPE_CHECKING:
     from pyvista import PolyData as _PolyData
 
 Array = npt.NDArray[np.float64]
+
+
+def _vector(numbers: Sequence[float]) -> Array:
+    array = np.array(numbers, dtype=np.float64)
+    array.flags.writeable = False
+    return array
 
 
 @dataclass(frozen=True)
@@ -338,22 +344,22 @@ class Constraint:
     @property
     def position(self) -> Array:
         """Held point, m, shape (3,)."""
-        return np.array(self._handle.position)
+        return _vector(self._handle.position)
 
     @property
     def orientation(self) -> Array:
         """Frame at the held point, quaternion `[w, x, y, z]`, shape (4,)."""
-        return np.array(self._handle.orientation)
+        return _vector(self._handle.orientation)
 
     @property
     def force(self) -> Array:
         """Force on the harness, N, world axes, shape (3,)."""
-        return np.array(self._handle.force)
+        return _vector(self._handle.force)
 
     @property
     def moment(self) -> Array:
         """Moment on the harness about the held point, N m, world axes, shape (3,)."""
-        return np.array(self._handle.moment)
+        return _vector(self._handle.moment)
 
     @property
     def outputs(self) -> dict[str, float]:
@@ -410,9 +416,9 @@ class Step:
         """Joints by name."""
         all: dict[str, Joint] = {}
         for name, x, q, arms in self._handle.joints():
-            turns = MappingProxyType({branch: np.array(turn) for branch, turn, _ in arms})
+            turns = MappingProxyType({branch: _vector(turn) for branch, turn, _ in arms})
             dissipated = MappingProxyType({branch: energy for branch, _, energy in arms})
-            all[name] = Joint(np.array(x), np.array(q), turns, dissipated)
+            all[name] = Joint(_vector(x), _vector(q), turns, dissipated)
         return MappingProxyType(all)
 
     @cached_property
@@ -423,7 +429,7 @@ class Step:
     @cached_property
     def markers(self) -> Mapping[str, Array]:
         """Positions of the markers by name, m, shape (3,)."""
-        return MappingProxyType({name: np.array(x) for name, x in self._handle.markers()})
+        return MappingProxyType({name: _vector(x) for name, x in self._handle.markers()})
 
     @property
     def energy(self) -> dict[str, float]:

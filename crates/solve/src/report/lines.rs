@@ -420,7 +420,7 @@ mod tests {
         let (mut kept, mut met) = (0, 0);
         for k in 0..12 {
             let turn = 0.8 * f64::from(k);
-            let random = |t: f64| Vector::new(0.02 * (23.0 * t).sin(), 0.015 * (31.0 * t + turn).cos(), 0.05 * t);
+            let random = |t: f64| Vector::new(0.004 * (11.0 * t).sin(), 0.003 * (7.0 * t + turn).cos(), 0.05 * t);
             let radius = 1.0 / turn.max(1.0);
             let arc = |t: f64| Vector::new(radius * (turn * t).sin(), radius * (turn * t).cos(), 0.0);
             let line = Line::of(&branch("a", wave(24, |t| arc(t) + random(t))));
