@@ -165,7 +165,7 @@ fn cases(factory: &Factory<'_>) -> Vec<Case> {
             ("turns near half a turn", 3.05, 0.1, Vector::zeros()),
             (OVERTURNED, 0.3, 0.1, Vector::zeros()),
         ] {
-            let spec = RodSpec { section: section(), mesh: mesh.clone(), curvature: rest };
+            let spec = RodSpec { name: "branch".into(), section: section(), mesh: mesh.clone(), curvature: rest };
             let rod = factory(spec.clone());
             let mut shape = random_shape(rod.as_ref(), &mesh, turn, strain, &mut rng);
             if shape_name == OVERTURNED {
@@ -568,6 +568,7 @@ pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'
     for Case { name, spec, rod, shape, past } in cases(factory) {
         let n = spec.mesh.segments();
         let reversed = factory(RodSpec {
+            name: spec.name,
             mesh: Mesh::new(
                 spec.mesh.rest_lengths.iter().rev().copied().collect(),
                 spec.mesh.stations.iter().rev().map(|k| n - k).collect(),
@@ -597,7 +598,7 @@ pub fn rest_shape_has_no_energy_and_no_gradient(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(4);
     for (name, mesh) in meshes() {
         for curvature in [Vector::zeros(), Vector::new(1.5, -2.0, 2.5)] {
-            let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature });
+            let rod = factory(RodSpec { name: "branch".into(), section: section(), mesh: mesh.clone(), curvature });
             let mut shape = random_shape(rod.as_ref(), &mesh, 0.0, 0.0, &mut rng);
             // The energy is convex in an edge: Newton.
             for _ in 0..4 {
@@ -652,7 +653,7 @@ fn helix(mesh: &Mesh) -> Shape {
 fn helix_energy(factory: &Factory<'_>, n: usize, stations: Vec<usize>) -> f64 {
     let mesh = Mesh::new(vec![1.0 / n as f64; n], stations);
     let curvature = Vector::new(0.2, 0.1, -0.3);
-    let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature });
+    let rod = factory(RodSpec { name: "branch".into(), section: section(), mesh: mesh.clone(), curvature });
     rod.energy(&helix(&mesh).view()).total()
 }
 
@@ -815,7 +816,7 @@ pub fn extra_curvature_shifts_the_rest_curvature(factory: &Factory<'_>) {
 pub fn free_strain_stretches_the_rest_shape(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(6);
     for (name, mesh) in meshes() {
-        let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature: Vector::zeros() });
+        let rod = factory(RodSpec { name: "branch".into(), section: section(), mesh: mesh.clone(), curvature: Vector::zeros() });
         for free_strain in [-0.02, 0.03] {
             let mut shape = random_shape(rod.as_ref(), &mesh, 0.0, 0.0, &mut rng);
             shape.free_strain = free_strain;
