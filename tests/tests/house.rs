@@ -22,7 +22,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("import", &["core", "formboard", "scenario"]),
     ("export", &["core"]),
     ("plugin", &["core", "abi"]),
-    ("host", &["core", "abi"]),
+    ("host", &["core", "abi", "models"]),
     ("cable-tie", &["plugin"]),
     ("hinge-guide", &["plugin"]),
     ("testkit", &["core"]),

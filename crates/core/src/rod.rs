@@ -367,7 +367,7 @@ pub trait RodSegment: Send + Sync {
     /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
-    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; without an axial law it does not depend on the
+    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; without a law of stretch it does not depend on the
     /// points as long as no edge points against its frame: with the frames fixed the energy is then a convex quadratic
     /// function of the points. With such a law it is convex, and quadratic near any points.
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]);

@@ -198,7 +198,8 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
     let energy = |kind: &'static str, shear: f64| {
         let mut section = section();
         section.shear_stiffness = [shear; 2];
-        let spec = RodSpec { name: "branch".into(), section, mesh: mesh.clone(), curvature: Vector::new(0.3, 0.0, 0.1) };
+        let spec =
+            RodSpec { name: "branch".into(), section, mesh: mesh.clone(), curvature: Vector::new(0.3, 0.0, 0.1) };
         let carry = vec![Vector::zeros(); points.len()];
         let shape = BranchShape {
             points: &points,

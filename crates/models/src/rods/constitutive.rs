@@ -6,10 +6,10 @@
 use crate::kernel::{SegmentStiffness, Stencil};
 use crate::rods::nonlinear::with_given;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
+use wireloom_core::Vector;
 use wireloom_core::constitutive::{ConstitutiveLaws, ConstitutiveSpec};
 use wireloom_core::registry::{ConstitutiveKind, RodKind};
 use wireloom_core::rod::{RodSegment, RodSpec};
-use wireloom_core::Vector;
 
 /// The kind of rods with the laws of a kind.
 pub fn kind(laws: ConstitutiveKind) -> RodKind {

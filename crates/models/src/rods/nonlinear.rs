@@ -214,8 +214,10 @@ impl NonlinearRod {
                 hessian: Matrix::from_diagonal(&(Vector::z() * law.stiffness(strain.z))),
             })
         });
-        let given =
-            given.0.iter().flat_map(move |block| stretched::all(&self.linear, shape, move |segment, _| block.at(segment)));
+        let given = given
+            .0
+            .iter()
+            .flat_map(move |block| stretched::all(&self.linear, shape, move |segment, _| block.at(segment)));
         of_section.chain(given).map(|own| (shape.rest_lengths[own.segment], own))
     }
 
@@ -365,7 +367,9 @@ impl RodSegment for NonlinearRod {
             let (rate, frame) = (segment_rates[own.segment], self.segment_frame(own.segment));
             own.per_length(l).add_gradient([l, rate], frame, points, frames);
         }
-        for (c, lambda, coupling, bent) in self.couplings(shape, &of_bending).filter(|(c, ..)| coupling_rates[*c] != 0.0) {
+        for (c, lambda, coupling, bent) in
+            self.couplings(shape, &of_bending).filter(|(c, ..)| coupling_rates[*c] != 0.0)
+        {
             let change = bent.tangent() * coupling.curvature() / -lambda;
             let (a, b) = coupling.with_moment(change).gradient();
             frames[c] += a * coupling_rates[c];
@@ -427,11 +431,11 @@ impl RodSegment for NonlinearRod {
     fn commit(&self, shape: &BranchShape<'_>, memory: &mut [f64]) -> f64 {
         let Some(law) = self.couplings.as_ref().filter(|law| law.width() > 0) else { return 0.0 };
         let rooms = memory.chunks_exact_mut(law.width());
-        let dissipated = |((_, lambda, _, coupled), own): ((usize, f64, BendTwist, Coupled<'_>), &mut [f64])| match coupled
-        {
-            Coupled::Section(bent) => lambda * bent.commit(law, own),
-            Coupled::Given(_) => 0.0,
-        };
+        let dissipated =
+            |((_, lambda, _, coupled), own): ((usize, f64, BendTwist, Coupled<'_>), &mut [f64])| match coupled {
+                Coupled::Section(bent) => lambda * bent.commit(law, own),
+                Coupled::Given(_) => 0.0,
+            };
         self.couplings(shape, &Lent(None)).zip(rooms).map(dissipated).sum()
     }
 

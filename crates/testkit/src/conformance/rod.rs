@@ -400,13 +400,13 @@ pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
     }
 }
 
-/// Whether it says no axial law.
+/// Whether it says no law of stretch.
 fn is_linear_in_edges(rod: &dyn RodSegment) -> bool {
-    rod.law().is_none_or(|law| law.laws.axial.is_none())
+    rod.constitutive().is_none_or(|laws| laws.stretch.is_none()) && rod.law().is_none_or(|law| law.laws.axial.is_none())
 }
 
 /// # Panics
-/// If the stiffness of the edges is not the one in the Hessian, or, without an axial law, depends on the points where
+/// If the stiffness of the edges is not the one in the Hessian, or, without a law of stretch, depends on the points where
 /// no edge is overturned by that.
 pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(12);
@@ -816,7 +816,12 @@ pub fn extra_curvature_shifts_the_rest_curvature(factory: &Factory<'_>) {
 pub fn free_strain_stretches_the_rest_shape(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(6);
     for (name, mesh) in meshes() {
-        let rod = factory(RodSpec { name: "branch".into(), section: section(), mesh: mesh.clone(), curvature: Vector::zeros() });
+        let rod = factory(RodSpec {
+            name: "branch".into(),
+            section: section(),
+            mesh: mesh.clone(),
+            curvature: Vector::zeros(),
+        });
         for free_strain in [-0.02, 0.03] {
             let mut shape = random_shape(rod.as_ref(), &mesh, 0.0, 0.0, &mut rng);
             shape.free_strain = free_strain;
