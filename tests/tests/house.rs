@@ -25,6 +25,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("host", &["core", "abi", "models"]),
     ("cable-tie", &["plugin"]),
     ("hinge-guide", &["plugin"]),
+    ("softening-bundle", &["plugin"]),
     ("testkit", &["core"]),
     (
         "wireloom",

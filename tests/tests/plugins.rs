@@ -90,7 +90,16 @@ fn library(package: &str) -> PathBuf {
     let folder = program().parent().expect("a folder");
     BUILT.get_or_init(|| {
         let mut build = cargo();
-        build.args(["build", "--quiet", "--package", "cable-tie", "--package", "hinge-guide"]);
+        build.args([
+            "build",
+            "--quiet",
+            "--package",
+            "cable-tie",
+            "--package",
+            "hinge-guide",
+            "--package",
+            "softening-bundle",
+        ]);
         if folder.ends_with("release") {
             build.arg("--release");
         }

@@ -10,7 +10,8 @@ use wireloom_core::section::{AxialLaw, CreepElement, FrictionElement, SectionCre
 use wireloom_core::{Matrix, Parameters, Registry, Rotation, Section, Value, Vector};
 use wireloom_testkit::conformance::rod::section;
 use wireloom_testkit::{
-    constraint_conformance, joint_conformance, potential_conformance, rod_conformance, rod_order_conformance,
+    constitutive_conformance, constraint_conformance, joint_conformance, potential_conformance, rod_conformance,
+    rod_order_conformance,
 };
 
 fn registry() -> Registry {
@@ -177,6 +178,7 @@ fn springs(angular: Option<f64>) -> Vec<(&'static str, Value)> {
 
 rod_conformance!(given_laws_of_stretch_and_bending, rod_with_given_laws);
 rod_conformance!(given_law_of_stretch, rod_with_given_stretch);
+constitutive_conformance!(given_laws_by_themselves, rod_with_given_laws);
 rod_order_conformance!(given_laws_that_are_linear, rod_with_linear_given_laws);
 rod_conformance!(cosserat_rod, rod("cosserat"));
 rod_order_conformance!(cosserat_rod_order, rod("cosserat"));
