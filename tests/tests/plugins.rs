@@ -20,6 +20,8 @@ mod joint;
 mod newcomer;
 #[path = "plugins/real.rs"]
 mod real;
+#[path = "plugins/rod.rs"]
+mod rod;
 #[path = "plugins/sweeps.rs"]
 mod sweeps;
 #[path = "plugins/trust.rs"]
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
     let groups = [
         real::trials(),
         joint::trials(),
+        rod::trials(),
         trust::trials(),
         newcomer::trials(),
         check::trials(),
