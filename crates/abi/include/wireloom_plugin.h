@@ -670,11 +670,11 @@ typedef struct WireloomRodResponse {
 // `E = sum over its segments of l W(gamma) + sum over its couplings of lambda V(kappa)`
 //
 // with the strain gamma of a segment (shear along d1 and d2, then stretch; dimensionless, without what temperature
-// does) and the curvature kappa of a coupling beyond that at rest (bending about d1 and d2, then twist; 1/m). W and V are
-// energies per length, J/m. They are 0, with derivatives 0, at the strain 0, and never negative; a change of sign of the
-// first component changes nothing (a branch that is run from its other end has such strains); W is convex. Their second
-// derivatives at 0 should be near the stiffnesses that the section states. Threads: as for `ConstraintKind`. Since ABI
-// 1.7.
+// does) and the curvature kappa of a coupling beyond that at rest (bending about d1 and d2, then twist; 1/m). W and V
+// are energies per length, J/m. They are 0, with derivatives 0, at the strain 0, and never negative; a change of sign
+// of the first component changes nothing (a branch that is run from its other end has such strains); W is convex.
+// Their second derivatives at 0 should be near the stiffnesses that the section states. Threads: as for
+// `ConstraintKind`. Since ABI 1.7.
 typedef struct WireloomRodKind {
     // Size of this struct, bytes.
     uint32_t size;
@@ -688,14 +688,14 @@ typedef struct WireloomRodKind {
                       struct WireloomText *message);
     // Destroys an instance.
     void (*destroy)(void *instance);
-    // The law W of stretch and shear, for the strains of all segments of the branch in one call: `response.count` times
-    // three numbers, all finite. May be null only if no instance has `has_stretch`.
+    // The law W of stretch and shear, for the strains of all segments of the branch in one call: `response.count`
+    // times three numbers, all finite. May be null only if no instance has `has_stretch`.
     int32_t (*stretch)(const void *instance,
                        const double *strains,
                        struct WireloomRodResponse *response,
                        struct WireloomText *message);
-    // Likewise the law V of bending and twist, for the curvatures of all couplings, 1/m. May be null only if no instance
-    // has `has_bend`.
+    // Likewise the law V of bending and twist, for the curvatures of all couplings, 1/m. May be null only if no
+    // instance has `has_bend`.
     int32_t (*bend)(const void *instance,
                     const double *strains,
                     struct WireloomRodResponse *response,

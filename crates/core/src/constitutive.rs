@@ -5,9 +5,9 @@
 //! ```
 //!
 //! A rod measures the strains of its segments and couplings ([`crate::rod::Mesh`]), free strain and extra curvature
-//! taken off; a law answers with energies per length and their derivatives, for a whole branch in one call. W is the law
-//! of stretch and shear, V that of bending and twist. As segments and couplings lie at different places, no law depends
-//! on both strains: stretch cannot be coupled with twist.
+//! taken off; a law answers with energies per length and their derivatives, for a whole branch in one call. W is the
+//! law of stretch and shear, V that of bending and twist. As segments and couplings lie at different places, no law
+//! depends on both strains: stretch cannot be coupled with twist.
 
 use crate::terms::slope::{Contradiction, Slope, along};
 use crate::{Matrix, Section, Vector};
@@ -58,9 +58,9 @@ impl Response<'_> {
 /// Contract: `W ≥ 0`; at the strain 0 energy and first derivative are 0; second derivatives are symmetric, and those of
 /// stretch have no negative eigenvalue; a change of sign of the first component changes no energy (a branch that is run
 /// from its other end has such strains). At the strain 0 the second derivative should be near the stiffness that the
-/// section states: scales and error estimates rest on that. [`Self::respond`] neither allocates nor fails, writes all that
-/// it is asked for, and gives the same bits for the same strain wherever it stands. Strains that are not finite give
-/// numbers that are not finite.
+/// section states: scales and error estimates rest on that. [`Self::respond`] neither allocates nor fails, writes all
+/// that it is asked for, and gives the same bits for the same strain wherever it stands. Strains that are not finite
+/// give numbers that are not finite.
 pub trait ConstitutiveLaw: Send + Sync {
     /// Writes what is asked for.
     fn respond(&self, strains: &[Vector], response: &mut Response<'_>);

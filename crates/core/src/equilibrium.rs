@@ -97,8 +97,8 @@ impl PartFamily {
     }
 }
 
-/// Fatal fault of a constraint, joint, rod or minimiser: its results are invalid, and the increment in which it occurred is
-/// not part of the result.
+/// Fatal fault of a constraint, joint, rod or minimiser: its results are invalid, and the increment in which it
+/// occurred is not part of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartFault {
     /// Its family.

@@ -367,9 +367,9 @@ pub trait RodSegment: Send + Sync {
     /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
-    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; without a law of stretch it does not depend on the
-    /// points as long as no edge points against its frame: with the frames fixed the energy is then a convex quadratic
-    /// function of the points. With such a law it is convex, and quadratic near any points.
+    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; without a law of stretch it does not depend on
+    /// the points as long as no edge points against its frame: with the frames fixed the energy is then a convex
+    /// quadratic function of the points. With such a law it is convex, and quadratic near any points.
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]);
 
     /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step
@@ -408,8 +408,8 @@ pub trait RodSegment: Send + Sync {
         None
     }
 
-    /// The coefficients of a linear rod near it, of the same scheme and with its stiffness at rest: error estimates rest
-    /// on it. `None`: it is not known.
+    /// The coefficients of a linear rod near it, of the same scheme and with its stiffness at rest: error estimates
+    /// rest on it. `None`: it is not known.
     fn linear_law(&self) -> Option<RodLaw> {
         self.law()
     }
@@ -419,8 +419,8 @@ pub trait RodSegment: Send + Sync {
         None
     }
 
-    /// The first derivatives of its constitutive laws, in this shape, that are not those of their values. `None` without
-    /// such laws.
+    /// The first derivatives of its constitutive laws, in this shape, that are not those of their values. `None`
+    /// without such laws.
     fn contradiction(&self, _shape: &BranchShape<'_>) -> Option<(Derivatives, Contradiction)> {
         None
     }

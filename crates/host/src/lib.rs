@@ -5,8 +5,8 @@
 //!
 //! Steps of loading: [`Plugins::load`] opens the library; `handshake` checks its entry before anything in it is called;
 //! `describe` reads its kinds; `proxy` turns them into constraints, `joint` into joint models and `rod` into rods, with
-//! the same interface as the built-in ones. Every call goes through `instance` and `call`, which record what each thread is
-//! calling for the watchdog and the signal handler (`crash_handler`).
+//! the same interface as the built-in ones. Every call goes through `instance` and `call`, which record what each
+//! thread is calling for the watchdog and the signal handler (`crash_handler`).
 #![allow(unsafe_code, reason = "this crate calls into libraries of others")]
 
 mod buffers;

@@ -556,10 +556,10 @@ impl BlendedStretchShear {
         self.hessian_with(l, n, &Matrix::from_diagonal(&self.c))
     }
 
-    /// Second derivatives with `n` as the force of the geometric part and C its derivative in Γ: `ℓ Jᵀ C J`, and those of `ℓ n·u`. By
-    /// `B δ²u = δ²v − 2 δB δu − δ²B u` these are, with `p = B⁻ᵀ n`, the second derivatives of `ℓ p·v` at fixed p,
-    /// `−ℓ (L J + Jᵀ Lᵀ)` with `δᵀ L w = p·δB w`, and for each neighbour, with `y = R′ u` and `z = R′ᵀ p`, those of
-    /// `−ℓ a p·exp(−θ) R′ exp(θ_k) u` at fixed u:
+    /// Second derivatives with `n` as the force of the geometric part and C its derivative in Γ: `ℓ Jᵀ C J`, and those
+    /// of `ℓ n·u`. By `B δ²u = δ²v − 2 δB δu − δ²B u` these are, with `p = B⁻ᵀ n`, the second derivatives of `ℓ p·v` at
+    /// fixed p, `−ℓ (L J + Jᵀ Lᵀ)` with `δᵀ L w = p·δB w`, and for each neighbour, with `y = R′ u` and `z = R′ᵀ p`,
+    /// those of `−ℓ a p·exp(−θ) R′ exp(θ_k) u` at fixed u:
     ///
     /// ```text
     /// L: rows θ   Σ a [p]ₓ R′,    rows θ_k  −a [z]ₓ

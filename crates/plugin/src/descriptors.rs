@@ -1,7 +1,7 @@
 //! Descriptors of kinds as C reads them. They are leaked: the library is never unloaded.
 
 use crate::table::Table;
-use crate::{Plugin, constraint, joint, rod};
+use crate::{constraint, joint, rod};
 use std::ffi::{CString, c_char};
 use std::ptr::null;
 use wireloom_abi as abi;
@@ -9,7 +9,11 @@ use wireloom_core::constraint::SpanUse;
 use wireloom_core::registry::{ConstitutiveKind, ConstraintKind, Form, JointKind, Parameter, Quantity, Value};
 
 /// The list of all kinds of a plugin.
-pub fn kinds(Plugin { constraints, joints, rods }: Plugin) -> &'static abi::Kinds {
+pub fn kinds(
+    constraints: Vec<ConstraintKind>,
+    joints: Vec<JointKind>,
+    rods: Vec<ConstitutiveKind>,
+) -> &'static abi::Kinds {
     let joints = joints.into_iter().map(joint_kind);
     let kinds: Vec<abi::Kind> =
         constraints.into_iter().map(constraint_kind).chain(joints).chain(rods.into_iter().map(rod_kind)).collect();

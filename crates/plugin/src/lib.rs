@@ -93,7 +93,10 @@ impl Descriptors {
         // SAFETY: as the caller promises.
         unsafe {
             panics::catch_panics(message, || {
-                found = std::ptr::from_ref(*self.0.get_or_init(|| descriptors::kinds(plugin())));
+                found = std::ptr::from_ref(*self.0.get_or_init(|| {
+                    let Plugin { constraints, joints, rods } = plugin();
+                    descriptors::kinds(constraints, joints, rods)
+                }));
                 Ok(())
             });
         }
@@ -101,8 +104,8 @@ impl Descriptors {
     }
 }
 
-/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, or `joints: [...]`, or `rods: [...]`, or several of
-/// them; once in a crate whose `crate-type` is `cdylib`.
+/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, or `joints: [...]`, or `rods: [...]`, or several
+/// of them; once in a crate whose `crate-type` is `cdylib`.
 ///
 /// Name, version and description are those of the crate. The brackets contain expressions of type
 /// [`ConstraintKind`](core::registry::ConstraintKind), [`JointKind`](core::registry::JointKind) or

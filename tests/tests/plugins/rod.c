@@ -83,8 +83,8 @@ static const WireloomRodKind functions = {
 };
 
 static const WireloomParameter parameters[] = {
-    {.name = "tightness", .doc = "of nothing", .form = WIRELOOM_FORM_NUMBER, .quantity = WIRELOOM_QUANTITY_DIMENSIONLESS,
-     .presence = WIRELOOM_PRESENCE_OPTIONAL, .minimum = 0.0, .maximum = 1.0},
+    {.name = "tightness", .doc = "of nothing", .form = WIRELOOM_FORM_NUMBER,
+     .quantity = WIRELOOM_QUANTITY_DIMENSIONLESS, .presence = WIRELOOM_PRESENCE_OPTIONAL, .minimum = 0.0, .maximum = 1.0},
 };
 
 static const WireloomKind kind = {

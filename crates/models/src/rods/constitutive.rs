@@ -1,5 +1,5 @@
-//! Rods of given constitutive laws, such as those of plugins: a linear rod on the staggered grid, as `cosserat` is, with
-//! laws of stretch and of bending in place of the stiffness of its section where they are given.
+//! Rods of given constitutive laws, such as those of plugins: a linear rod on the staggered grid, as `cosserat` is,
+//! with laws of stretch and of bending in place of the stiffness of its section where they are given.
 //!
 //! With a law of bending the scheme is of second order in the segment length, as with sections that are not linear.
 

@@ -1,8 +1,8 @@
 //! Laws of stretch of rods on the staggered grid: an energy `ℓ W(Γ)` in every segment, beside what is linear in it and
 //! what holds frames to edges.
 //!
-//! Its derivatives are those of a linear segment with the force `∂W` and the stiffness `∂²W` in place of C Γ and C. As the
-//! strain of a segment is that at its middle to fourth order, so is the force of the law.
+//! Its derivatives are those of a linear segment with the force `∂W` and the stiffness `∂²W` in place of C Γ and C. As
+//! the strain of a segment is that at its middle to fourth order, so is the force of the law.
 
 use crate::kernel::{BlendedStretchShear, StretchShear};
 use crate::rods::staggered::StaggeredRod;

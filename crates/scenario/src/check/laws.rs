@@ -8,9 +8,9 @@ use wireloom_core::section::SectionLaws;
 use wireloom_core::{Mounting, Network, Section};
 
 /// Refuses branches whose section has friction, a set, creep or curves where their rod does not say that it has them,
-/// where a joint couples them, or rods with a law of their own, without, and, as what is remembered stays with the material, where the mesh of one that
-/// remembers moves along the cable; arms with friction whose joint does not say that it has it; and times of steps
-/// where nothing creeps.
+/// where a joint couples them, or rods with a law of their own, without, and, as what is remembered stays with the
+/// material, where the mesh of one that remembers moves along the cable; arms with friction whose joint does not say
+/// that it has it; and times of steps where nothing creeps.
 pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     let creeps = network.branches.iter().any(|branch| !branch.section.laws.creep.is_empty());

@@ -1,5 +1,5 @@
-//! Checks of [`ConstitutiveLaw`], one for each clause of its contract, on a rod that has such laws. How the rod uses them
-//! is checked as of every other one ([`super::rod`]).
+//! Checks of [`ConstitutiveLaw`], one for each clause of its contract, on a rod that has such laws. How the rod uses
+//! them is checked as of every other one ([`super::rod`]).
 
 use super::numeric::*;
 use super::rod::{Factory, section};
@@ -26,7 +26,8 @@ const CURVATURES: [f64; 5] = [1e-4, 1e-2, 1.0, 30.0, 300.0];
 const EACH: usize = 8;
 /// Relative error allowed to differences.
 const DIFFERENCES: f64 = 1e-6;
-/// Relative error allowed to derivatives at strains at which energies may lie in the round-off of what they are made of.
+/// Relative error allowed to derivatives at strains at which energies may lie in the round-off of what they are made
+/// of.
 const SMALL: f64 = 1e-3;
 /// Steps of the differences, in the size of the strain: laws may bend within a thousandth of it.
 const STEPS: [f64; 5] = [3e-2, 3e-3, 3e-4, 3e-5, 3e-6];
@@ -126,8 +127,8 @@ pub fn there_is_no_energy_at_rest_and_nowhere_less(factory: &Factory<'_>) {
 }
 
 /// # Panics
-/// If the sign of the first component, which is another one where the branch is run from its other end, changes more than
-/// the signs of what belongs to it.
+/// If the sign of the first component, which is another one where the branch is run from its other end, changes more
+/// than the signs of what belongs to it.
 pub fn the_sign_of_the_first_component_changes_nothing(factory: &Factory<'_>) {
     let mirror = Matrix::from_diagonal(&Vector::new(-1.0, 1.0, 1.0));
     each_law(factory, |name, law, _, strains| {

@@ -410,8 +410,8 @@ fn is_linear_in_edges(rod: &dyn RodSegment) -> bool {
 }
 
 /// # Panics
-/// If the stiffness of the edges is not the one in the Hessian, or, without a law of stretch, depends on the points where
-/// no edge is overturned by that.
+/// If the stiffness of the edges is not the one in the Hessian, or, without a law of stretch, depends on the points
+/// where no edge is overturned by that.
 pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(12);
     for Case { name, rod, shape, .. } in cases(factory) {
