@@ -22,9 +22,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("import", &["core", "formboard", "scenario"]),
     ("export", &["core"]),
     ("plugin", &["core", "abi"]),
-    ("host", &["core", "abi"]),
+    ("host", &["core", "abi", "models"]),
     ("cable-tie", &["plugin"]),
     ("hinge-guide", &["plugin"]),
+    ("softening-bundle", &["plugin"]),
     ("testkit", &["core"]),
     (
         "wireloom",

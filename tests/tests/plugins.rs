@@ -20,6 +20,8 @@ mod joint;
 mod newcomer;
 #[path = "plugins/real.rs"]
 mod real;
+#[path = "plugins/rod.rs"]
+mod rod;
 #[path = "plugins/sweeps.rs"]
 mod sweeps;
 #[path = "plugins/trust.rs"]
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
     let groups = [
         real::trials(),
         joint::trials(),
+        rod::trials(),
         trust::trials(),
         newcomer::trials(),
         check::trials(),
@@ -90,7 +93,16 @@ fn library(package: &str) -> PathBuf {
     let folder = program().parent().expect("a folder");
     BUILT.get_or_init(|| {
         let mut build = cargo();
-        build.args(["build", "--quiet", "--package", "cable-tie", "--package", "hinge-guide"]);
+        build.args([
+            "build",
+            "--quiet",
+            "--package",
+            "cable-tie",
+            "--package",
+            "hinge-guide",
+            "--package",
+            "softening-bundle",
+        ]);
         if folder.ends_with("release") {
             build.arg("--release");
         }

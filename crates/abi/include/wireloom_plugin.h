@@ -31,8 +31,8 @@ struct WireloomKind;
 
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 // arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
-// compliant hubs, springs of their arms. 6: memory of joints.
-#define WIRELOOM_ABI_MINOR 6
+// compliant hubs, springs of their arms. 6: memory of joints. 7: constitutive laws of rods.
+#define WIRELOOM_ABI_MINOR 7
 
 // Success.
 #define WIRELOOM_STATUS_OK 0
@@ -48,6 +48,9 @@ struct WireloomKind;
 
 // `Kind::family`: a joint model.
 #define WIRELOOM_FAMILY_JOINT 2
+
+// `Kind::family`: the constitutive laws of a rod. Since ABI 1.7.
+#define WIRELOOM_FAMILY_ROD 3
 
 // `Parameter::form`: one number.
 #define WIRELOOM_FORM_NUMBER 1
@@ -603,6 +606,102 @@ typedef struct WireloomJointKind {
     int32_t (*commit)(const void *instance, const double *frames, double *memory, struct WireloomText *message);
 } WireloomJointKind;
 
+// A branch as the scenario specifies it.
+typedef struct WireloomRodSpec {
+    // Size of this struct, bytes.
+    uint32_t size;
+    // Number of values: as many as the kind has parameters.
+    uint32_t value_count;
+    // Name of the branch.
+    const char *name;
+    // The values, in the order of the kind's parameters; each has the size of `Value`.
+    const struct WireloomValue *values;
+    // Unstressed length, m.
+    double length;
+    // Rest curvature about d1, d2, d3, 1/m. The curvatures that the law gets are those beyond it.
+    double curvature[3];
+    // Diameter, m.
+    double diameter;
+    // Linear density, kg/m.
+    double linear_density;
+    // EA, N.
+    double axial_stiffness;
+    // GA along d1 and d2, N.
+    double shear_stiffness[2];
+    // EI about d1 and d2, N m².
+    double bending_stiffness[2];
+    // GJ, N m².
+    double torsion_stiffness;
+} WireloomRodSpec;
+
+// Description of an instance of a rod. Written by `create`.
+typedef struct WireloomRodDescription {
+    // Size of this struct, bytes, as the program knows it.
+    uint32_t size;
+    // Whether it has a law of stretch and shear (0 or 1). If not, EA and GA of the section hold.
+    int32_t has_stretch;
+    // Whether it has a law of bending and twist (0 or 1). If not, EI and GJ of the section hold.
+    int32_t has_bend;
+    // Whether its laws write Hessians. If not, the program differentiates numerically and reports it.
+    int32_t has_hessian;
+    // Whether one instance may be evaluated from several threads concurrently (0 or 1).
+    int32_t thread_safe;
+    // Zero.
+    uint32_t reserved;
+} WireloomRodDescription;
+
+// Outputs of a law for `n` strains; null outputs are not requested.
+typedef struct WireloomRodResponse {
+    // Size of this struct, bytes.
+    uint32_t size;
+    // Number of strains n.
+    uint32_t count;
+    // Energy per length at each strain, J/m: `n` numbers.
+    double *energy;
+    // Its derivative: forces (N) or moments (N m), `3 n` numbers.
+    double *gradient;
+    // Its second derivative (N or N m²): `n` times `3 × 3` numbers, each symmetric.
+    double *hessian;
+} WireloomRodResponse;
+
+// Functions of a rod: the constitutive laws of a branch. The program does the kinematics: positions and frames,
+// temperature, rest shape, derivatives along all of these. The energy of a branch is
+//
+// `E = sum over its segments of l W(gamma) + sum over its couplings of lambda V(kappa)`
+//
+// with the strain gamma of a segment (shear along d1 and d2, then stretch; dimensionless, without what temperature
+// does) and the curvature kappa of a coupling beyond that at rest (bending about d1 and d2, then twist; 1/m). W and V
+// are energies per length, J/m. They are 0, with derivatives 0, at the strain 0, and never negative; a change of sign
+// of the first component changes nothing (a branch that is run from its other end has such strains); W is convex.
+// Their second derivatives at 0 should be near the stiffnesses that the section states. Threads: as for
+// `ConstraintKind`. Since ABI 1.7.
+typedef struct WireloomRodKind {
+    // Size of this struct, bytes.
+    uint32_t size;
+    // Zero.
+    uint32_t reserved;
+    // Creates an instance, for one branch, and describes it. `description` comes with its size set and all else zero.
+    int32_t (*create)(const struct WireloomKind *kind,
+                      const struct WireloomRodSpec *spec,
+                      void **instance,
+                      struct WireloomRodDescription *description,
+                      struct WireloomText *message);
+    // Destroys an instance.
+    void (*destroy)(void *instance);
+    // The law W of stretch and shear, for the strains of all segments of the branch in one call: `response.count`
+    // times three numbers, all finite. May be null only if no instance has `has_stretch`.
+    int32_t (*stretch)(const void *instance,
+                       const double *strains,
+                       struct WireloomRodResponse *response,
+                       struct WireloomText *message);
+    // Likewise the law V of bending and twist, for the curvatures of all couplings, 1/m. May be null only if no
+    // instance has `has_bend`.
+    int32_t (*bend)(const void *instance,
+                    const double *strains,
+                    struct WireloomRodResponse *response,
+                    struct WireloomText *message);
+} WireloomRodKind;
+
 // A kind that scenarios can use.
 typedef struct WireloomKind {
     // `FAMILY_…`.
@@ -623,6 +722,8 @@ typedef struct WireloomKind {
     const struct WireloomConstraintKind *constraint;
     // Its functions, if it is a joint model.
     const struct WireloomJointKind *joint;
+    // Its functions, if it is a rod. Since ABI 1.7.
+    const struct WireloomRodKind *rod;
 } WireloomKind;
 
 // All kinds of a plugin. Lives, with all it points to, as long as the library.

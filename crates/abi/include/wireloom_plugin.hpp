@@ -12,6 +12,12 @@
 //     void evaluate(const double *frames, WireloomJointEvaluation &out) const;
 // and, where wanted,
 //     void commit(const double *frames, double *memory) const;
+// A rod is a class with
+//     T(const WireloomRodSpec &spec, WireloomRodDescription &description);
+// and one or both of
+//     void stretch(const double *strains, WireloomRodResponse &out) const;
+//     void bend(const double *strains, WireloomRodResponse &out) const;
+// The description comes with has_stretch and has_bend set for those that there are.
 // All rules of wireloom_plugin.h hold. A function refuses by throwing wireloom::Refusal.
 
 #ifndef WIRELOOM_PLUGIN_HPP
@@ -21,6 +27,7 @@
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
+#include <type_traits>
 
 namespace wireloom {
 
@@ -104,6 +111,41 @@ WireloomJointKind joint_functions() {
     return all;
 }
 
+/// Whether a rod has a law of stretch and shear.
+template <class T>
+constexpr bool has_stretch = requires(const T &t, const double *s, WireloomRodResponse &out) { t.stretch(s, out); };
+
+/// Whether a rod has a law of bending and twist.
+template <class T>
+constexpr bool has_bend = requires(const T &t, const double *s, WireloomRodResponse &out) { t.bend(s, out); };
+
+/// The functions of a rod of class T.
+template <class T>
+WireloomRodKind rod_functions() {
+    WireloomRodKind all{};
+    all.size = sizeof all;
+    all.create = [](const WireloomKind *, const WireloomRodSpec *spec, void **instance,
+                    WireloomRodDescription *description, WireloomText *message) {
+        return guarded(message, [&] {
+            description->has_stretch = has_stretch<T>;
+            description->has_bend = has_bend<T>;
+            *instance = new T(*spec, *description);
+        });
+    };
+    all.destroy = [](void *instance) { delete static_cast<T *>(instance); };
+    if constexpr (has_stretch<T>) {
+        all.stretch = [](const void *instance, const double *strains, WireloomRodResponse *out, WireloomText *message) {
+            return guarded(message, [&] { static_cast<const T *>(instance)->stretch(strains, *out); });
+        };
+    }
+    if constexpr (has_bend<T>) {
+        all.bend = [](const void *instance, const double *strains, WireloomRodResponse *out, WireloomText *message) {
+            return guarded(message, [&] { static_cast<const T *>(instance)->bend(strains, *out); });
+        };
+    }
+    return all;
+}
+
 /// A number that is required, for the table of parameters.
 inline WireloomParameter number(const char *name, const char *doc, int32_t quantity, double above, double at_most) {
     WireloomParameter one{};
@@ -118,7 +160,7 @@ inline WireloomParameter number(const char *name, const char *doc, int32_t quant
     return one;
 }
 
-/// A kind of constraints or joint models, with its parameters.
+/// A kind of constraints, joint models or rods, with its parameters.
 template <class Functions, uint32_t N>
 WireloomKind kind(const char *name, const char *doc, const WireloomParameter (&parameters)[N],
                   const Functions &functions) {
@@ -131,6 +173,9 @@ WireloomKind kind(const char *name, const char *doc, const WireloomParameter (&p
     if constexpr (requires { functions.stations_min; }) {
         one.family = WIRELOOM_FAMILY_CONSTRAINT;
         one.constraint = &functions;
+    } else if constexpr (std::is_same_v<Functions, WireloomRodKind>) {
+        one.family = WIRELOOM_FAMILY_ROD;
+        one.rod = &functions;
     } else {
         one.family = WIRELOOM_FAMILY_JOINT;
         one.joint = &functions;

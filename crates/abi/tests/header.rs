@@ -38,6 +38,10 @@ const STRUCTS: &[&str] = &[
     "JointSpec",
     "JointDescription",
     "JointEvaluation",
+    "RodKind",
+    "RodSpec",
+    "RodDescription",
+    "RodResponse",
     "Notes",
 ];
 
@@ -157,7 +161,7 @@ fn layout() -> String {
         Text { data, capacity }
         Entry { magic, size, abi_major, abi_minor, reserved, name, version, doc, kinds, get_extension }
         Kinds { size, count, stride, reserved, first }
-        Kind { family, parameter_count, parameter_stride, reserved, name, doc, parameters, constraint, joint }
+        Kind { family, parameter_count, parameter_stride, reserved, name, doc, parameters, constraint, joint, rod }
         Parameter {
             name, doc, form, quantity, presence, minimum_excluded, minimum, maximum, default_value, choices,
             choice_count, reserved,
@@ -201,6 +205,13 @@ fn layout() -> String {
             size, mounting, thread_safe, has_gradient, has_hessian, reserved, memory, memory_count, reserved_too,
         }
         JointEvaluation { size, arm_count, energy, gradient, hessian, memory }
+        RodKind { size, reserved, create, destroy, stretch, bend }
+        RodSpec {
+            size, value_count, name, values, length, curvature, diameter, linear_density, axial_stiffness,
+            shear_stiffness, bending_stiffness, torsion_stiffness,
+        }
+        RodDescription { size, has_stretch, has_bend, has_hessian, thread_safe, reserved }
+        RodResponse { size, count, energy, gradient, hessian }
     }
     c
 }

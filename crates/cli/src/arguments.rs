@@ -360,6 +360,8 @@ pub enum PluginKind {
     Memory,
     /// A joint model: springs between the arms
     Joint,
+    /// A rod: a bundle that bends more easily the more it is bent
+    Rod,
 }
 
 /// The crash of a plugin.

@@ -79,6 +79,8 @@ pub enum PartFamily {
     Constraint,
     /// A joint.
     Joint,
+    /// The rod of a branch, named by that.
+    Rod,
     /// The minimiser, whose kind is its name.
     Minimiser,
 }
@@ -89,18 +91,19 @@ impl PartFamily {
         match self {
             PartFamily::Constraint => "constraint",
             PartFamily::Joint => "joint",
+            PartFamily::Rod => "rod",
             PartFamily::Minimiser => "minimiser",
         }
     }
 }
 
-/// Fatal fault of a constraint, joint or minimiser: its results are invalid, and the increment in which it occurred is
-/// not part of the result.
+/// Fatal fault of a constraint, joint, rod or minimiser: its results are invalid, and the increment in which it
+/// occurred is not part of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartFault {
     /// Its family.
     pub family: PartFamily,
-    /// Its name.
+    /// Its name; of a rod that of its branch.
     pub name: String,
     /// Its kind or model.
     pub kind: String,

@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 mod build_error;
 pub mod conditions;
+pub mod constitutive;
 pub mod constraint;
 pub mod curve;
 pub mod equilibrium;

@@ -29,6 +29,8 @@ pub enum BranchEnd {
 pub struct BranchPlan {
     /// Name.
     pub name: String,
+    /// Kind of its rod, as scenarios name it.
+    pub kind: String,
     /// Section.
     pub section: Section,
     /// The rod.
@@ -135,6 +137,8 @@ pub struct LoadPlan {
 pub struct Branch {
     /// Name.
     pub name: String,
+    /// Kind of its rod.
+    pub kind: String,
     /// Section.
     pub section: Section,
     /// The rod.
@@ -156,6 +160,38 @@ pub struct Branch {
 }
 
 impl Branch {
+    /// Axial strain under a tension (N), and the derivative of the tension in it (N).
+    pub fn strain_under(&self, tension: f64) -> (f64, f64) {
+        match self.rod.constitutive().and_then(|laws| laws.stretch.as_deref()) {
+            Some(law) => {
+                let strain = law.strain_under(&(Vector::z() * tension));
+                // Under an axial force alone: the compliance along d3.
+                let compliance = law.at(&strain).hessian.try_inverse().map_or(f64::NAN, |inverse| inverse.m33);
+                (strain.z, compliance.recip())
+            }
+            None => (self.section.strain(tension), self.section.stiffness_at(tension)),
+        }
+    }
+
+    /// Whether it has an axial law of its own in place of EA.
+    pub fn has_axial_law(&self) -> bool {
+        self.section.laws.axial.is_some() || self.rod.constitutive().is_some_and(|laws| laws.stretch.is_some())
+    }
+
+    /// Whether its moment is not EI κ in bending.
+    pub fn bends_linearly(&self) -> bool {
+        self.section.bends_linearly() && !self.has_own_bending()
+    }
+
+    /// Whether its twist follows from its moment by GJ.
+    pub fn twists_linearly(&self) -> bool {
+        self.section.twists_linearly() && !self.has_own_bending()
+    }
+
+    fn has_own_bending(&self) -> bool {
+        self.rod.constitutive().is_some_and(|laws| laws.bend.is_some())
+    }
+
     /// Index of the frame of a segment in the state's frames.
     pub(crate) fn segment_frame(&self, segment: usize) -> usize {
         self.frames.start + self.rod.mesh().segment_frames[segment]
@@ -445,6 +481,7 @@ impl Network {
                     end: BranchEnd::Free,
                     name: plan.name,
                     section: plan.section,
+                    kind: plan.kind,
                     rod: plan.rod,
                     path: plan.path,
                     drawn: plan.drawn,

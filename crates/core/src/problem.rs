@@ -3,6 +3,7 @@
 use crate::conditions::{
     Conditions, ConstraintState, ContactPoint, ContactRecord, FrictionAnchor, RodState, Sliding, System,
 };
+use crate::constitutive::{ConstitutiveLaws, Derivatives};
 use crate::constraint::Action;
 use crate::equilibrium::{Energy, PartFamily, SlideResult};
 use crate::prescribed::{Held, Prescribed};
@@ -489,6 +490,11 @@ impl Problem<'_> {
             let lost = memory.iter().any(|x| !x.is_finite());
             lost.then(|| "what it remembers is not a finite number".to_owned())
         };
+        for (b, branch) in self.network.branches.iter().enumerate() {
+            if let Some(message) = branch.rod.constitutive().and_then(ConstitutiveLaws::fault) {
+                return Some((PartFamily::Rod, b, message));
+            }
+        }
         for (j, joint) in self.network.joints.iter().enumerate() {
             if let Some(message) = joint.model.fault().or_else(|| not_finite(&self.conditions.joints[j].memory)) {
                 return Some((PartFamily::Joint, j, message));
@@ -514,18 +520,27 @@ impl Problem<'_> {
         Some((PartFamily::Constraint, c, "it gave a number that is not finite for a harness that is".to_owned()))
     }
 
-    /// First part (family, index) whose first derivatives at `state` contradict its values, and the message.
+    /// First part (family, index) whose first derivatives at `state` contradict its values, or of a rod second ones its
+    /// first, and the message.
     pub fn contradiction(&mut self, state: &State) -> Option<(PartFamily, usize, String)> {
         let system = System { network: self.network, conditions: &self.conditions };
-        let joint = self.joints.contradiction(system, state).map(|(j, found)| (PartFamily::Joint, j, found));
-        let found = joint.or_else(|| {
-            let (c, found) = self.constraints.contradiction(system, state)?;
-            Some((PartFamily::Constraint, c, found))
+        let rod = self.rods.contradiction(system, state).map(|(b, which, found)| (PartFamily::Rod, b, which, found));
+        let rod_or_joint = rod.or_else(|| {
+            let (j, found) = self.joints.contradiction(system, state)?;
+            Some((PartFamily::Joint, j, Derivatives::First, found))
         });
-        found.map(|(family, index, Contradiction { claimed, found })| {
+        let found = rod_or_joint.or_else(|| {
+            let (c, found) = self.constraints.contradiction(system, state)?;
+            Some((PartFamily::Constraint, c, Derivatives::First, found))
+        });
+        found.map(|(family, index, which, Contradiction { claimed, found })| {
+            let (derivatives, values) = match which {
+                Derivatives::First => ("first derivatives", "values"),
+                Derivatives::Second => ("second derivatives", "first derivatives"),
+            };
             let message = format!(
-                "its first derivatives are not those of its values: along one line they give a slope of {claimed:.6e}, \
-                 differences of its values {found:.6e}"
+                "its {derivatives} are not those of its {values}: along one line they give a slope of {claimed:.6e}, \
+                 differences of its {values} {found:.6e}"
             );
             (family, index, message)
         })

@@ -2,6 +2,7 @@
 
 use crate::Vector;
 pub use crate::build_error::BuildError;
+use crate::constitutive::{ConstitutiveLaws, ConstitutiveSpec};
 use crate::constraint::{Attaches, Constraint, ConstraintSpec};
 use crate::joint::{JointModel, JointSpec};
 use crate::minimiser::Minimiser;
@@ -178,6 +179,8 @@ pub type Factory<S, T> = Box<dyn Fn(&S, &Parameters) -> Result<Box<T>, BuildErro
 
 /// A rod kind.
 pub type RodKind = Kind<RodSpec, dyn RodSegment>;
+/// A kind of constitutive laws, for rods of plugins.
+pub type ConstitutiveKind = Kind<ConstitutiveSpec, ConstitutiveLaws>;
 /// A joint kind.
 pub type JointKind = Kind<JointSpec, dyn JointModel>;
 /// A constraint kind.

@@ -1,6 +1,8 @@
 //! Trait of a rod, one object for each branch, and its mesh.
 
+use crate::constitutive::{ConstitutiveLaws, Derivatives};
 use crate::law::RodLaw;
+use crate::terms::slope::Contradiction;
 use crate::{Matrix, Rotation, Section, Vector};
 
 /// Mesh of a branch: its segments, nodes, stations and frames.
@@ -200,6 +202,8 @@ impl Mesh {
 /// Input of a rod factory.
 #[derive(Clone, Debug)]
 pub struct RodSpec {
+    /// Name of the branch.
+    pub name: String,
     /// The section.
     pub section: Section,
     /// The mesh.
@@ -363,9 +367,9 @@ pub trait RodSegment: Send + Sync {
     /// Magisano, Leonetti, Garcea 2017); at equilibrium both are the same.
     fn hessian(&self, shape: &BranchShape<'_>, forces: Option<&[Vector]>, hessian: &mut BranchHessian);
 
-    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; without an axial law it does not depend on the
-    /// points as long as no edge points against its frame: with the frames fixed the energy is then a convex quadratic
-    /// function of the points. With such a law it is convex, and quadratic near any points.
+    /// ∂²E/∂e² of each segment, N/m, the same as in [`Self::hessian`]; without a law of stretch it does not depend on
+    /// the points as long as no edge points against its frame: with the frames fixed the energy is then a convex
+    /// quadratic function of the points. With such a law it is convex, and quadratic near any points.
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]);
 
     /// `C (Γ + δΓ)` for each segment (N, body frame): the force to first order after the step
@@ -401,6 +405,23 @@ pub trait RodSegment: Send + Sync {
 
     /// The coefficients of the energy, if it is of this form.
     fn law(&self) -> Option<RodLaw> {
+        None
+    }
+
+    /// The coefficients of a linear rod near it, of the same scheme and with its stiffness at rest: error estimates
+    /// rest on it. `None`: it is not known.
+    fn linear_law(&self) -> Option<RodLaw> {
+        self.law()
+    }
+
+    /// Its constitutive laws, where these are not what its section states.
+    fn constitutive(&self) -> Option<&ConstitutiveLaws> {
+        None
+    }
+
+    /// The first derivatives of its constitutive laws, in this shape, that are not those of their values. `None`
+    /// without such laws.
+    fn contradiction(&self, _shape: &BranchShape<'_>) -> Option<(Derivatives, Contradiction)> {
         None
     }
 

@@ -32,6 +32,8 @@ pub enum Functions {
     Constraint(abi::ConstraintKind, Attaches, Vec<Output>),
     /// A joint model.
     Joint(abi::JointKind),
+    /// A rod.
+    Rod(abi::RodKind),
 }
 
 /// Reads all kinds.
@@ -96,7 +98,15 @@ unsafe fn one(at: *const abi::Kind, kind: &abi::Kind, which: &str) -> Result<Kin
                 let own: abi::JointKind = read::read_struct(&table, kind.joint, (*kind.joint).size)?;
                 (Functions::Joint(own), own.create.is_some(), own.destroy.is_some())
             }
-            other => return Err(wrong(format!("the family of {which}"), other, "1 is a constraint, 2 a joint model")),
+            abi::FAMILY_ROD => {
+                read::pointer(&format!("the {table}"), kind.rod)?;
+                let own: abi::RodKind = read::read_struct(&table, kind.rod, (*kind.rod).size)?;
+                (Functions::Rod(own), own.create.is_some(), own.destroy.is_some())
+            }
+            other => {
+                let right = "1 is a constraint, 2 a joint model, 3 a rod";
+                return Err(wrong(format!("the family of {which}"), other, right));
+            }
         };
         for (there, function) in [(create, "create"), (destroy, "destroy")] {
             if !there {
@@ -310,13 +320,14 @@ mod tests {
     const PARTS: [Part; 7] = [KINDS, FUNCTIONS, TEXTS, CHOICES, KIND, PARAMETER, OUTPUT];
 
     /// Pointers in the buffer: offset of the pointer, offset of its target.
-    const POINTERS: [(usize, usize); 15] = [
+    const POINTERS: [(usize, usize); 16] = [
         (KINDS.at + 16, KIND.at),
         (KIND.at + 16, TEXTS.at),
         (KIND.at + 24, TEXTS.at + 8),
         (KIND.at + 32, PARAMETER.at),
         (KIND.at + 40, FUNCTIONS.at),
         (KIND.at + 48, FUNCTIONS.at),
+        (KIND.at + 56, FUNCTIONS.at),
         (FUNCTIONS.at + 64, OUTPUT.at),
         (OUTPUT.at, TEXTS.at + 32),
         (OUTPUT.at + 8, TEXTS.at + 64),
@@ -383,6 +394,7 @@ mod tests {
             parameters: dangling(),
             constraint: dangling(),
             joint: dangling(),
+            rod: dangling(),
         };
         let parameter = abi::Parameter {
             name: dangling(),

@@ -109,13 +109,13 @@ impl PluginInstance {
         false
     }
 
-    /// Whether all numbers are finite; if not, that is recorded as a fault.
-    pub fn finite(&self, what: &str, numbers: &[f64]) -> bool {
+    /// Whether all numbers that a function wrote are finite; if not, that is recorded as a fault.
+    pub fn finite(&self, what: &str, numbers: &[f64], function: &str) -> bool {
         let Some(at) = numbers.iter().position(|x| !x.is_finite()) else { return true };
         let which = if numbers.len() == 1 { String::new() } else { format!(", entry {at} of {}", numbers.len()) };
         let x = numbers[at];
         self.fail(if x.to_bits() == UNWRITTEN.to_bits() {
-            format!("wrote no {what}{which} in `evaluate`, which was requested")
+            format!("wrote no {what}{which} in `{function}`, which was requested")
         } else {
             format!("returned {x} as {what}{which}")
         });

@@ -195,8 +195,8 @@ impl Proxy {
             let call = |own, text| unsafe { evaluate(own, turns, &mut evaluation, text) };
             let good = self.instance.call(c"evaluate", call)
                 && self.instance.kept_to_its_arrays(buffers, "evaluate")
-                && self.instance.finite("energy", buffers.get(energy))
-                && self.instance.finite(wanted[1], buffers.get(numbers));
+                && self.instance.finite("energy", buffers.get(energy), "evaluate")
+                && self.instance.finite(wanted[1], buffers.get(numbers), "evaluate");
             if good {
                 take(buffers.get(numbers));
                 buffers.get(energy).first().copied().unwrap_or(0.0)
@@ -286,7 +286,7 @@ impl JointModel for Proxy {
             let call = |own, text| unsafe { commit(own, turns, to, text) };
             let good = self.instance.call(c"commit", call)
                 && self.instance.kept_to_its_arrays(buffers, "commit")
-                && self.instance.finite("memory", buffers.get(numbers));
+                && self.instance.finite("memory", buffers.get(numbers), "commit");
             if good {
                 memory.copy_from_slice(buffers.get(numbers));
             }

@@ -4,9 +4,9 @@
 //! loaded.
 //!
 //! Steps of loading: [`Plugins::load`] opens the library; `handshake` checks its entry before anything in it is called;
-//! `describe` reads its kinds; `proxy` turns them into constraints and `joint` into joint models, with the same
-//! interface as the built-in ones. Every call goes through `instance` and `call`, which record what each thread is
-//! calling for the watchdog and the signal handler (`crash_handler`).
+//! `describe` reads its kinds; `proxy` turns them into constraints, `joint` into joint models and `rod` into rods, with
+//! the same interface as the built-in ones. Every call goes through `instance` and `call`, which record what each
+//! thread is calling for the watchdog and the signal handler (`crash_handler`).
 #![allow(unsafe_code, reason = "this crate calls into libraries of others")]
 
 mod buffers;
@@ -22,6 +22,7 @@ mod instance;
 mod joint;
 mod proxy;
 mod read;
+mod rod;
 mod supervision;
 
 pub use call::floating_point_changes;
@@ -59,6 +60,8 @@ pub struct Plugin {
     pub constraints: Vec<String>,
     /// Names of its joint models.
     pub joints: Vec<String>,
+    /// Names of its rods.
+    pub rods: Vec<String>,
 }
 
 /// All plugins of this process.
@@ -84,10 +87,13 @@ impl Plugins {
         let taken = |kind: &&KindDescription| match kind.functions {
             Functions::Constraint(..) => registry.constraint(&kind.name).is_some(),
             Functions::Joint(_) => registry.joint(&kind.name).is_some(),
+            Functions::Rod(_) => registry.rod(&kind.name).is_some(),
         };
         if let Some(kind) = opened.kinds.iter().find(taken) {
-            let owner =
-                self.0.iter().find(|other| other.constraints.contains(&kind.name) || other.joints.contains(&kind.name));
+            let has = |other: &&Plugin| {
+                [&other.constraints, &other.joints, &other.rods].iter().any(|names| names.contains(&kind.name))
+            };
+            let owner = self.0.iter().find(has);
             let owner = owner.map_or("the program itself".to_owned(), |other| {
                 format!("plugin `{}` ({})", other.name, other.file.display())
             });
@@ -102,6 +108,7 @@ impl Plugins {
             abi: opened.abi,
             constraints: names(&opened.kinds, |functions| matches!(functions, Functions::Constraint(..))),
             joints: names(&opened.kinds, |functions| matches!(functions, Functions::Joint(_))),
+            rods: names(&opened.kinds, |functions| matches!(functions, Functions::Rod(_))),
         };
         let owner = Arc::new(format!("plugin `{}` {} ({})", plugin.name, plugin.version, file.display()));
         for kind in opened.kinds {
@@ -113,6 +120,9 @@ impl Plugins {
                 }
                 Functions::Joint(functions) => {
                     let _ = registry.add_joint(joint::kind(kind, functions, owner.clone()));
+                }
+                Functions::Rod(functions) => {
+                    let _ = registry.add_rod(rod::kind(kind, functions, owner.clone()));
                 }
             }
         }

@@ -398,8 +398,10 @@ impl Proxy {
             unsafe { evaluate(own, situation, &mut evaluation, text) }
         };
         self.with_situation(at, c"evaluate", arrays, call, |arrays| {
-            let finite =
-                wanted.iter().zip(arrays).all(|((part, _), numbers)| self.instance.finite(part.word(), numbers));
+            let finite = wanted
+                .iter()
+                .zip(arrays)
+                .all(|((part, _), numbers)| self.instance.finite(part.word(), numbers, "evaluate"));
             if finite {
                 take(arrays);
             }
@@ -472,8 +474,8 @@ impl Constraint for Proxy {
         let [w, x, y, z] = q;
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         if done
-            && self.instance.finite("target's position", &to.position)
-            && self.instance.finite("target's orientation", &q)
+            && self.instance.finite("target's position", &to.position, "target")
+            && self.instance.finite("target's orientation", &q, "target")
         {
             if (norm - 1.0).abs() < 1e-6 {
                 return pose(to.position, q);
@@ -499,7 +501,7 @@ impl Constraint for Proxy {
             // SAFETY: all arguments are as the ABI demands; there are as many numbers as in the memory.
             |own, situation, [to], text| unsafe { commit(own, situation, to, text) },
             |[found]| {
-                let finite = self.instance.finite("memory", found);
+                let finite = self.instance.finite("memory", found, "commit");
                 if finite {
                     memory.copy_from_slice(found);
                 }

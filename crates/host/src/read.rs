@@ -27,7 +27,8 @@ macro_rules! extensible {
     )+};
 }
 
-// Sizes in ABI 1.0 for pointers of eight bytes. Appending a field must not change them.
+// Sizes in ABI 1.0, or in the first version that has them, for pointers of eight bytes. Appending a field must not
+// change them.
 extensible! {
     wireloom_abi::Entry: 64,
     wireloom_abi::Kinds: 24,
@@ -36,6 +37,7 @@ extensible! {
     wireloom_abi::ConstraintKind: 56,
     wireloom_abi::Output: 24,
     wireloom_abi::JointKind: 32,
+    wireloom_abi::RodKind: 40,
     wireloom_abi::draft::Notes: 16,
 }
 

@@ -6,14 +6,10 @@
 
 use crate::creep::Creep;
 use crate::friction::Friction;
+use wireloom_core::constitutive::{Point, strain_under};
 use wireloom_core::curve::Curve;
 use wireloom_core::section::{SectionCreep, SectionFriction};
 use wireloom_core::{Matrix, Section, Vector};
-
-/// Largest number of iterations for the curvature under a moment; it needs a few for each element.
-const ITERATIONS: usize = 200;
-/// Smallest part of a step that is tried.
-const SMALLEST_PART: f64 = 1e-9;
 
 /// The laws of a section in bending and torsion, without its linear stiffness.
 pub struct CouplingLaw {
@@ -53,35 +49,17 @@ impl CouplingLaw {
     }
 
     /// The curvature beyond that at rest under a moment (N m) at the end of an increment of this duration (s), 1/m,
-    /// beside a linear stiffness `c` (N m², a diagonal): the root of `C e + ∂h = m`, by Newton's method on the strictly
-    /// convex `½ eᵀ C e + h − m·e`. A step is taken where it halves the residual, or else as much of it as lowers the
-    /// potential enough.
+    /// beside a linear stiffness `c` (N m², a diagonal): the root of `C e + ∂h = m`.
     pub fn strain_under(&self, c: &Vector, moment: &Vector, memory: &[f64], duration: f64) -> Vector {
-        let at = |strain: Vector| self.at(strain, memory, duration);
-        let potential = |e: &Vector| {
-            let (bend, twist) = at(*e).energy();
-            0.5 * e.dot(&c.component_mul(e)) + bend + twist - moment.dot(e)
-        };
-        let residual = |e: &Vector| c.component_mul(e) + at(*e).moment() - moment;
-        let mut e = Vector::zeros();
-        for _ in 0..ITERATIONS {
-            let left = residual(&e);
-            let tangent = at(e).tangent() + Matrix::from_diagonal(c);
-            let Some(step) = tangent.cholesky().map(|factor| factor.solve(&left)) else { break };
-            let (now, slope) = (potential(&e), left.dot(&step));
-            let mut part = 1.0;
-            if residual(&(e - step)).norm() > 0.5 * left.norm() {
-                while part > SMALLEST_PART && potential(&(e - step * part)) > now - 1e-4 * part * slope {
-                    part *= 0.5;
-                }
+        strain_under(moment, |e| {
+            let bent = self.at(*e, memory, duration);
+            let (bend, twist) = bent.energy();
+            Point {
+                energy: 0.5 * e.dot(&c.component_mul(e)) + bend + twist,
+                gradient: c.component_mul(e) + bent.moment(),
+                hessian: bent.tangent() + Matrix::from_diagonal(c),
             }
-            // At round-off no part of the step lowers the potential.
-            if part <= SMALLEST_PART || step.norm() <= f64::EPSILON * e.norm() {
-                break;
-            }
-            e -= step * part;
-        }
-        e
+        })
     }
 }
 

@@ -61,14 +61,14 @@ impl StretchShear {
         Self { r, v, n, c, beyond, free }
     }
 
-    /// Γ3.
-    pub fn axial_strain(&self) -> f64 {
-        self.v.z - self.free
+    /// Γ.
+    pub fn strain(&self) -> Vector {
+        self.v - Vector::z() * self.free
     }
 
-    /// The same segment with this force (N) and stiffness (N) along its frame, and no others.
-    pub fn along(self, force: f64, stiffness: f64) -> Self {
-        Self { n: Vector::z() * force, c: Vector::z() * stiffness, beyond: 0.0, ..self }
+    /// The same segment with this force (N) in place of C Γ.
+    pub fn with_force(self, n: Vector) -> Self {
+        Self { n, ..self }
     }
 
     /// δΓ for a step: `Rᵀ δe/ℓ + v × θ`.
@@ -99,6 +99,18 @@ impl StretchShear {
     /// The law whose gradient is the derivative of the gradient in ℓ: that with `∂n/∂ℓ = −C v/ℓ` in place of n.
     pub fn per_length(self, l: f64) -> Self {
         Self { n: self.c.component_mul(&self.v) / -l, ..self }
+    }
+
+    /// [`Self::hessian`] with T, the derivative of the force in Γ (N, symmetric), in place of C.
+    pub fn hessian_with(&self, l: f64, n: &Vector, tangent: &Matrix) -> SegmentHessian {
+        let (rt, v) = (self.r.transpose(), skew(&self.v));
+        let outer = n * self.v.transpose() * 0.5;
+        let geometric = outer + outer.transpose() - Matrix::identity() * n.dot(&self.v);
+        SegmentHessian {
+            ee: self.r * tangent * rt / l,
+            te: (v.transpose() * tangent + skew(n)) * rt,
+            tt: (v.transpose() * tangent * v + geometric) * l,
+        }
     }
 
     /// `∂²E/∂e² = R C Rᵀ/ℓ`, `∂²E/∂θ∂e = ([v]ₓᵀ C + [n]ₓ) Rᵀ`,
@@ -458,14 +470,14 @@ impl BlendedStretchShear {
         Self { r, v, n, c, beyond, u, free, inverse, turns }
     }
 
-    /// Γ3.
-    pub fn axial_strain(&self) -> f64 {
-        self.u.z - self.free
+    /// Γ.
+    pub fn strain(&self) -> Vector {
+        self.u - Vector::z() * self.free
     }
 
-    /// As [`StretchShear::along`].
-    pub fn along(self, force: f64, stiffness: f64) -> Self {
-        Self { n: Vector::z() * force, c: Vector::z() * stiffness, beyond: 0.0, ..self }
+    /// As [`StretchShear::with_force`].
+    pub fn with_force(self, n: Vector) -> Self {
+        Self { n, ..self }
     }
 
     /// u.
@@ -514,6 +526,12 @@ impl BlendedStretchShear {
         edge_stiffness(&(self.r * self.inverse.transpose()), l, &self.c)
     }
 
+    /// [`Self::edge_stiffness`] with T in place of C; see [`StretchShear::hessian_with`].
+    pub fn edge_stiffness_with(&self, l: f64, tangent: &Matrix) -> Matrix {
+        let r = self.r * self.inverse.transpose();
+        r * tangent * r.transpose() / l
+    }
+
     /// J = ∂u in (e, θ, θ_1, θ_2): `B⁻¹ Rᵀ/ℓ`, `B⁻¹ ([v]ₓ − Σ a [R′ u]ₓ)` and `a B⁻¹ R′ [u]ₓ`.
     fn jacobians(&self, l: f64) -> [Matrix; 4] {
         let skew_u = skew(&self.u);
@@ -533,10 +551,15 @@ impl BlendedStretchShear {
         by_edge * de + own * theta + first * at_neighbours[0] + second * at_neighbours[1]
     }
 
-    /// Second derivatives with `n` as the force of the geometric part: `ℓ Jᵀ C J`, and those of `ℓ n·u`. By
-    /// `B δ²u = δ²v − 2 δB δu − δ²B u` these are, with `p = B⁻ᵀ n`, the second derivatives of `ℓ p·v` at fixed p,
-    /// `−ℓ (L J + Jᵀ Lᵀ)` with `δᵀ L w = p·δB w`, and for each neighbour, with `y = R′ u` and `z = R′ᵀ p`, those of
-    /// `−ℓ a p·exp(−θ) R′ exp(θ_k) u` at fixed u:
+    /// [`Self::hessian_with`] with C, diagonal, as the derivative of the force.
+    pub fn hessian(&self, l: f64, n: &Vector) -> (SegmentHessian, NeighbourHessian) {
+        self.hessian_with(l, n, &Matrix::from_diagonal(&self.c))
+    }
+
+    /// Second derivatives with `n` as the force of the geometric part and C its derivative in Γ: `ℓ Jᵀ C J`, and those
+    /// of `ℓ n·u`. By `B δ²u = δ²v − 2 δB δu − δ²B u` these are, with `p = B⁻ᵀ n`, the second derivatives of `ℓ p·v` at
+    /// fixed p, `−ℓ (L J + Jᵀ Lᵀ)` with `δᵀ L w = p·δB w`, and for each neighbour, with `y = R′ u` and `z = R′ᵀ p`,
+    /// those of `−ℓ a p·exp(−θ) R′ exp(θ_k) u` at fixed u:
     ///
     /// ```text
     /// L: rows θ   Σ a [p]ₓ R′,    rows θ_k  −a [z]ₓ
@@ -544,10 +567,9 @@ impl BlendedStretchShear {
     /// θ_k θ_k     −ℓ a (sym(z uᵀ) − (z·u) I)
     /// θ_k θ       ℓ a ([p]ₓ R′ [u]ₓ)ᵀ
     /// ```
-    pub fn hessian(&self, l: f64, n: &Vector) -> (SegmentHessian, NeighbourHessian) {
+    pub fn hessian_with(&self, l: f64, n: &Vector, c: &Matrix) -> (SegmentHessian, NeighbourHessian) {
         let p = self.inverse.tr_mul(n);
         let rt = self.r.transpose();
-        let c = Matrix::from_diagonal(&self.c);
         let jacobians = self.jacobians(l);
         let mut turned = [Matrix::zeros(); 4];
         for (k, turn) in self.turns.iter().enumerate() {

@@ -1,15 +1,17 @@
 //! The built-in kinds, as the registry makes them, under the conformance suites.
 
 use nalgebra::Unit;
+use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Point, Response};
 use wireloom_core::constraint::{Constraint, ConstraintSpec, HoldWord};
 use wireloom_core::curve::Curve;
 use wireloom_core::joint::{JointModel, JointSpec};
 use wireloom_core::rod::{BranchShape, Mesh, RodSegment, RodSpec};
 use wireloom_core::section::{AxialLaw, CreepElement, FrictionElement, SectionCreep, SectionFriction, SectionLaws};
-use wireloom_core::{Parameters, Registry, Rotation, Section, Value, Vector};
+use wireloom_core::{Matrix, Parameters, Registry, Rotation, Section, Value, Vector};
 use wireloom_testkit::conformance::rod::section;
 use wireloom_testkit::{
-    constraint_conformance, joint_conformance, potential_conformance, rod_conformance, rod_order_conformance,
+    constitutive_conformance, constraint_conformance, joint_conformance, potential_conformance, rod_conformance,
+    rod_order_conformance,
 };
 
 fn registry() -> Registry {
@@ -55,6 +57,58 @@ fn creeping() -> SectionLaws {
     let creep =
         SectionCreep { bending: vec![element(0.03, 0.2), element(0.05, 3.0)], torsion: vec![element(0.02, 1.0)] };
     SectionLaws { creep, ..SectionLaws::default() }
+}
+
+/// `W = K (√(1 + 2 q/K) − 1)` with `q = ½ eᵀ C e`: an energy that softens, of strains that are coupled by C.
+struct Softening {
+    c: Matrix,
+    /// K, J/m.
+    limit: f64,
+}
+
+impl ConstitutiveLaw for Softening {
+    fn respond(&self, strains: &[Vector], response: &mut Response<'_>) {
+        response.each(strains, |e| {
+            let force = self.c * e;
+            let root = (1.0 + e.dot(&force) / self.limit).sqrt();
+            Point {
+                // Without cancellation near 0.
+                energy: e.dot(&force) / (root + 1.0),
+                gradient: force / root,
+                hessian: self.c / root - force * force.transpose() / (self.limit * root.powi(3)),
+            }
+        });
+    }
+}
+
+/// Laws whose second and third components are coupled: these keep their signs where a branch is run from its other end.
+/// With `linear`, those of the section.
+fn given_laws(section: &Section, linear: bool) -> ConstitutiveLaws {
+    let law = |c: Vector, limit: f64| -> Option<Box<dyn ConstitutiveLaw>> {
+        let mut c = Matrix::from_diagonal(&c);
+        if !linear {
+            c.m23 = 0.4 * (c.m22 * c.m33).sqrt();
+            c.m32 = c.m23;
+        }
+        Some(Box::new(Softening { c, limit: if linear { 1e30 } else { limit } }))
+    };
+    ConstitutiveLaws { stretch: law(section.stretch_diagonal(), 200.0), bend: law(section.bend_diagonal(), 150.0) }
+}
+
+fn rod_with_given_laws(spec: RodSpec) -> Box<dyn RodSegment> {
+    let laws = given_laws(&spec.section, false);
+    wireloom_models::rods::constitutive::rod(spec, laws)
+}
+
+/// With a law of stretch alone: it bends and twists as its section does, to fourth order.
+fn rod_with_given_stretch(spec: RodSpec) -> Box<dyn RodSegment> {
+    let laws = ConstitutiveLaws { bend: None, ..given_laws(&spec.section, false) };
+    wireloom_models::rods::constitutive::rod(spec, laws)
+}
+
+fn rod_with_linear_given_laws(spec: RodSpec) -> Box<dyn RodSegment> {
+    let laws = given_laws(&spec.section, true);
+    wireloom_models::rods::constitutive::rod(spec, laws)
 }
 
 /// Bends of more than 1 1/m and twists of more than 1.5 rad/m are permanent.
@@ -122,6 +176,10 @@ fn springs(angular: Option<f64>) -> Vec<(&'static str, Value)> {
     values
 }
 
+rod_conformance!(given_laws_of_stretch_and_bending, rod_with_given_laws);
+rod_conformance!(given_law_of_stretch, rod_with_given_stretch);
+constitutive_conformance!(given_laws_by_themselves, rod_with_given_laws);
+rod_order_conformance!(given_laws_that_are_linear, rod_with_linear_given_laws);
 rod_conformance!(cosserat_rod, rod("cosserat"));
 rod_order_conformance!(cosserat_rod_order, rod("cosserat"));
 rod_conformance!(kirchhoff_rod, rod("kirchhoff"));
@@ -142,7 +200,8 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
     let energy = |kind: &'static str, shear: f64| {
         let mut section = section();
         section.shear_stiffness = [shear; 2];
-        let spec = RodSpec { section, mesh: mesh.clone(), curvature: Vector::new(0.3, 0.0, 0.1) };
+        let spec =
+            RodSpec { name: "branch".into(), section, mesh: mesh.clone(), curvature: Vector::new(0.3, 0.0, 0.1) };
         let carry = vec![Vector::zeros(); points.len()];
         let shape = BranchShape {
             points: &points,

@@ -36,7 +36,8 @@ impl Coupling {
     fn new() -> Self {
         let friction = section_friction();
         let section = Section { bending_stiffness: [EI; 2], torsion_stiffness: GJ, friction, ..section() };
-        let spec = RodSpec { section, mesh: Mesh::new(vec![LAMBDA; 2], vec![]), curvature: Vector::zeros() };
+        let mesh = Mesh::new(vec![LAMBDA; 2], vec![]);
+        let spec = RodSpec { name: "branch".into(), section, mesh, curvature: Vector::zeros() };
         let mut registry = Registry::default();
         wireloom_models::register(&mut registry);
         let kind = registry.rod("cosserat").expect("built in");

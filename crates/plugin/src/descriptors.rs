@@ -1,17 +1,22 @@
 //! Descriptors of kinds as C reads them. They are leaked: the library is never unloaded.
 
 use crate::table::Table;
-use crate::{constraint, joint};
+use crate::{constraint, joint, rod};
 use std::ffi::{CString, c_char};
 use std::ptr::null;
 use wireloom_abi as abi;
 use wireloom_core::constraint::SpanUse;
-use wireloom_core::registry::{ConstraintKind, Form, JointKind, Parameter, Quantity, Value};
+use wireloom_core::registry::{ConstitutiveKind, ConstraintKind, Form, JointKind, Parameter, Quantity, Value};
 
 /// The list of all kinds of a plugin.
-pub fn kinds(constraints: Vec<ConstraintKind>, joints: Vec<JointKind>) -> &'static abi::Kinds {
-    let constraints = constraints.into_iter().map(constraint_kind);
-    let kinds: Vec<abi::Kind> = constraints.chain(joints.into_iter().map(joint_kind)).collect();
+pub fn kinds(
+    constraints: Vec<ConstraintKind>,
+    joints: Vec<JointKind>,
+    rods: Vec<ConstitutiveKind>,
+) -> &'static abi::Kinds {
+    let joints = joints.into_iter().map(joint_kind);
+    let kinds: Vec<abi::Kind> =
+        constraints.into_iter().map(constraint_kind).chain(joints).chain(rods.into_iter().map(rod_kind)).collect();
     leak(abi::Kinds {
         size: size_of::<abi::Kinds>() as u32,
         count: kinds.len() as u32,
@@ -65,6 +70,19 @@ fn joint_kind(kind: JointKind) -> abi::Kind {
     abi::Kind { joint: &raw const leak(Table { functions, kind }).functions, ..described }
 }
 
+fn rod_kind(kind: ConstitutiveKind) -> abi::Kind {
+    let described = described(abi::FAMILY_ROD, &kind.name, &kind.doc, &kind.parameters);
+    let functions = abi::RodKind {
+        size: size_of::<abi::RodKind>() as u32,
+        reserved: 0,
+        create: Some(rod::create),
+        destroy: Some(rod::destroy),
+        stretch: Some(rod::stretch),
+        bend: Some(rod::bend),
+    };
+    abi::Kind { rod: &raw const leak(Table { functions, kind }).functions, ..described }
+}
+
 /// Descriptor of a kind without its functions.
 fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> abi::Kind {
     let parameters: Vec<abi::Parameter> = parameters.iter().map(parameter).collect();
@@ -78,6 +96,7 @@ fn described(family: i32, name: &str, doc: &str, parameters: &[Parameter]) -> ab
         parameters: parameters.leak().as_ptr(),
         constraint: null(),
         joint: null(),
+        rod: null(),
     }
 }
 

@@ -3,7 +3,7 @@
 //! Their arguments are as the ABI demands: a pointer is null, or points to what the ABI says.
 
 use crate::panics::catch_panics;
-use crate::read::{frame, parameters, slice, text};
+use crate::read::{frame, parameters, section, slice, text};
 use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
@@ -177,22 +177,13 @@ unsafe fn spec(spec: &abi::JointSpec) -> JointSpec {
                 rest: frame(&arm.rest),
                 offset: Vector::from(arm.offset),
                 section: Section {
-                    name: branch.clone(),
                     diameter: arm.diameter,
                     linear_density: arm.linear_density,
                     axial_stiffness: arm.axial_stiffness,
                     shear_stiffness: arm.shear_stiffness,
                     bending_stiffness: arm.bending_stiffness,
                     torsion_stiffness: arm.torsion_stiffness,
-                    min_bend_radius: None,
-                    min_bend_radius_moving: None,
-                    max_tension: None,
-                    max_torsion: None,
-                    thermal_expansion: 0.0,
-                    thermal_curvature: Vector::zeros(),
-                    friction: Default::default(),
-                    set: None,
-                    laws: Default::default(),
+                    ..section(&branch)
                 },
                 segment_length: arm.segment_length,
                 length: arm.length,

@@ -3,6 +3,44 @@
 //! `crates/plugin/README.md` is a guide for authors, in Rust and in C. [`abi`] has the C interface; authors in Rust do
 //! not need it.
 //!
+//! A rod is written as its constitutive laws; the program lays them on the grid of the built-in rods:
+//!
+//! ```
+//! use wireloom_plugin::core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Point, Response};
+//! use wireloom_plugin::core::registry::ConstitutiveKind;
+//! use wireloom_plugin::core::{Matrix, Vector};
+//!
+//! /// Bending and twist with one stiffness C, N m²: `V = ½ C κ²`.
+//! struct Round(f64);
+//!
+//! impl ConstitutiveLaw for Round {
+//!     fn respond(&self, curvatures: &[Vector], response: &mut Response<'_>) {
+//!         let Self(c) = *self;
+//!         response.each(curvatures, |kappa| Point {
+//!             energy: 0.5 * c * kappa.norm_squared(),
+//!             gradient: kappa * c,
+//!             hessian: Matrix::identity() * c,
+//!         });
+//!     }
+//! }
+//!
+//! fn round() -> ConstitutiveKind {
+//!     ConstitutiveKind {
+//!         name: "round".into(),
+//!         doc: "twists as it bends".into(),
+//!         parameters: vec![],
+//!         build: Box::new(|spec, _| {
+//!             let law = Round(spec.section.torsion_stiffness);
+//!             // Stretch is that of the section.
+//!             Ok(Box::new(ConstitutiveLaws { stretch: None, bend: Some(Box::new(law)) }))
+//!         }),
+//!     }
+//! }
+//!
+//! wireloom_plugin::export! { rods: [round()] }
+//! # fn main() {}
+//! ```
+//!
 //! A panic in a function of the author is caught and becomes a fault of the plugin, with message and location; the run
 //! ends and keeps its results so far. A library built with `panic = "abort"` terminates the program instead.
 #![allow(unsafe_code, reason = "this crate is the safe side of a C boundary")]
@@ -12,6 +50,7 @@ mod descriptors;
 mod joint;
 mod panics;
 mod read;
+mod rod;
 mod table;
 
 pub use wireloom_abi as abi;
@@ -19,7 +58,7 @@ pub use wireloom_core as core;
 
 use abi::{Kinds, Text};
 use std::sync::OnceLock;
-use wireloom_core::registry::{ConstraintKind, JointKind};
+use wireloom_core::registry::{ConstitutiveKind, ConstraintKind, JointKind};
 
 /// Kinds of a plugin.
 #[derive(Default)]
@@ -28,6 +67,8 @@ pub struct Plugin {
     pub constraints: Vec<ConstraintKind>,
     /// Joint models.
     pub joints: Vec<JointKind>,
+    /// Rods, by their constitutive laws.
+    pub rods: Vec<ConstitutiveKind>,
 }
 
 /// Descriptors of a plugin's kinds, made on first use. Used by [`export!`].
@@ -53,8 +94,8 @@ impl Descriptors {
         unsafe {
             panics::catch_panics(message, || {
                 found = std::ptr::from_ref(*self.0.get_or_init(|| {
-                    let Plugin { constraints, joints } = plugin();
-                    descriptors::kinds(constraints, joints)
+                    let Plugin { constraints, joints, rods } = plugin();
+                    descriptors::kinds(constraints, joints, rods)
                 }));
                 Ok(())
             });
@@ -63,11 +104,12 @@ impl Descriptors {
     }
 }
 
-/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, or `joints: [...]`, or both; once in a crate whose
-/// `crate-type` is `cdylib`.
+/// Makes a library a plugin: `export! { constraints: [my_kind()] }`, or `joints: [...]`, or `rods: [...]`, or several
+/// of them; once in a crate whose `crate-type` is `cdylib`.
 ///
 /// Name, version and description are those of the crate. The brackets contain expressions of type
-/// [`ConstraintKind`](core::registry::ConstraintKind) or [`JointKind`](core::registry::JointKind).
+/// [`ConstraintKind`](core::registry::ConstraintKind), [`JointKind`](core::registry::JointKind) or
+/// [`ConstitutiveKind`](core::registry::ConstitutiveKind).
 #[macro_export]
 macro_rules! export {
     ($($family:ident: [$($kind:expr),* $(,)?]),+ $(,)?) => {

@@ -5,7 +5,7 @@ use std::ffi::{CStr, c_char};
 use wireloom_abi as abi;
 use wireloom_core::constraint::{ConstraintSpec, HoldWord, SpanSpec, StationSpec};
 use wireloom_core::registry::Form;
-use wireloom_core::{Parameter, Parameters, Pose, Rotation, Value, Vector};
+use wireloom_core::{Parameter, Parameters, Pose, Rotation, Section, Value, Vector};
 
 /// The array as a slice; empty if there is none.
 ///
@@ -45,6 +45,28 @@ pub fn frame([w, x, y, z]: &[f64; 4]) -> Rotation {
 pub fn abi_pose(pose: &Pose) -> abi::Pose {
     let q = &pose.orientation;
     abi::Pose { position: pose.position.into(), orientation: [q.w, q.i, q.j, q.k] }
+}
+
+/// A section of this name without any stiffness, limits or laws.
+pub fn section(name: &str) -> Section {
+    Section {
+        name: name.to_owned(),
+        diameter: 0.0,
+        linear_density: 0.0,
+        axial_stiffness: 0.0,
+        shear_stiffness: [0.0; 2],
+        bending_stiffness: [0.0; 2],
+        torsion_stiffness: 0.0,
+        min_bend_radius: None,
+        min_bend_radius_moving: None,
+        max_tension: None,
+        max_torsion: None,
+        thermal_expansion: 0.0,
+        thermal_curvature: Vector::zeros(),
+        friction: Default::default(),
+        set: None,
+        laws: Default::default(),
+    }
 }
 
 /// Converts the specification of a constraint.

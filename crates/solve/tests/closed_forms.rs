@@ -144,7 +144,8 @@ fn buckling(section: &Section, exact: f64, holds: [&[HoldWord]; 2]) -> [f64; 3] 
     MESHES.map(|n| {
         let mut sample = weightless(n, holds);
         let branch = &mut sample.network.branches[0];
-        let spec = RodSpec { section: section.clone(), mesh: branch.rod.mesh().clone(), curvature: Vector::zeros() };
+        let (name, mesh) = (branch.name.clone(), branch.rod.mesh().clone());
+        let spec = RodSpec { name, section: section.clone(), mesh, curvature: Vector::zeros() };
         branch.rod = (registry().rod("cosserat").unwrap().build)(&spec, &Parameters::default()).unwrap();
         branch.section = spec.section;
         let mut problem = sample.problem();

@@ -423,7 +423,8 @@ fn a_strip_that_cannot_stand_diverges_under_a_moment() {
         let mut sample = sketch.build(&registry());
         let branch = &mut sample.network.branches[0];
         let section = Section { bending_stiffness: stiffness, ..section(false) };
-        let spec = RodSpec { section: section.clone(), mesh: branch.rod.mesh().clone(), curvature: Vector::zeros() };
+        let (name, mesh) = (branch.name.clone(), branch.rod.mesh().clone());
+        let spec = RodSpec { name, section: section.clone(), mesh, curvature: Vector::zeros() };
         branch.rod = (registry().rod("cosserat").unwrap().build)(&spec, &Parameters::default()).unwrap();
         branch.section = section;
         sample.conditions.gravity = Vector::z() * -gravity;

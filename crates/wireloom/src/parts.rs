@@ -33,6 +33,9 @@
 //!
 //! `examples/own_parts.rs` has a rod, a joint and a minimiser that are run.
 
+pub use wireloom_core::constitutive::{
+    ConstitutiveLaw, ConstitutiveLaws, ConstitutiveSpec, Point, Response, strain_under,
+};
 pub use wireloom_core::constraint::{
     Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Equations, Hold, HoldWord, Limits, Potential,
     Relation, Residual, RotationHold, Slide, SpanSpec, SpanUse, StationSpec,
@@ -42,8 +45,8 @@ pub use wireloom_core::minimiser::{Minimiser, Report, Stop};
 pub use wireloom_core::numeric::{self, ConstraintEnergy, JointEnergy, Numeric};
 pub use wireloom_core::obstacle::{Shape, ShapeSpec, Touch};
 pub use wireloom_core::registry::{
-    BuildError, ConstraintKind, Factory, Form, JointKind, Kind, MinimiserKind, Output, Parameter, Parameters, Quantity,
-    Registry, RodKind, ShapeKind, Value,
+    BuildError, ConstitutiveKind, ConstraintKind, Factory, Form, JointKind, Kind, MinimiserKind, Output, Parameter,
+    Parameters, Quantity, Registry, RodKind, ShapeKind, Value,
 };
 pub use wireloom_core::rod::{BranchHessian, BranchShape, RodEnergy, RodSegment, RodSpec};
 pub use wireloom_core::status::Status;

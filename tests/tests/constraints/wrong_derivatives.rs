@@ -2,9 +2,10 @@
 
 use super::{bars, beam, run_with};
 use wireloom::geometry::{Matrix, Vector};
+use wireloom::parts::rods::constitutive;
 use wireloom::parts::{
-    Action, Attaches, Constraint, ConstraintKind, ConstraintView, Equations, JointKind, JointModel, JointShape,
-    Mounting, Potential, Residual,
+    Action, Attaches, ConstitutiveKind, ConstitutiveLaw, ConstitutiveLaws, Constraint, ConstraintKind, ConstraintView,
+    Equations, JointKind, JointModel, JointShape, Mounting, Point, Potential, Residual, Response,
 };
 use wireloom::{Registry, Run, Status};
 use wireloom_testkit::constraints::Link;
@@ -73,6 +74,20 @@ impl JointModel for EnergyAlone {
     fn add_hessian(&self, _: &JointShape<'_>, _: &mut [Matrix]) {}
 }
 
+/// A law of bending whose first and second derivatives are those of its energy, times these factors.
+struct LyingLaw([f64; 2]);
+
+impl ConstitutiveLaw for LyingLaw {
+    fn respond(&self, curvatures: &[Vector], response: &mut Response<'_>) {
+        let Self([first, second]) = self;
+        response.each(curvatures, |kappa| Point {
+            energy: 0.005 * kappa.norm_squared(),
+            gradient: kappa * (0.01 * first),
+            hessian: Matrix::identity() * (0.01 * second),
+        });
+    }
+}
+
 fn registry() -> Registry {
     let mut registry = wireloom::registry();
     let mut constraint = |name: &str, stations: usize, build: fn() -> Box<dyn Constraint>| {
@@ -95,6 +110,17 @@ fn registry() -> Registry {
         build: Box::new(|_, _| Ok(Box::new(EnergyAlone))),
     };
     assert!(registry.add_joint(joint).is_ok());
+    for (name, factors) in [("honest", [1.0, 1.0]), ("doubled", [2.0, 2.0]), ("wrong-slopes", [1.0, 2.0])] {
+        let laws = ConstitutiveKind {
+            name: name.into(),
+            doc: "a rod".into(),
+            parameters: vec![],
+            build: Box::new(move |_, _| {
+                Ok(Box::new(ConstitutiveLaws { stretch: None, bend: Some(Box::new(LyingLaw(factors))) }))
+            }),
+        };
+        assert!(registry.add_rod(constitutive::kind(laws)).is_ok());
+    }
     registry
 }
 
@@ -134,4 +160,29 @@ fn a_joint_with_an_energy_that_exerts_nothing_is_at_fault() {
     ]
     .concat();
     at_fault(&run_with(&text, &registry()), "joint `J` (energy-alone)");
+}
+
+/// A cable that hangs down from a clamp, of this rod.
+fn hanging(rod: &str) -> Run {
+    let cable = branch("cable", ["A", "B"], "cable", 0.5, 20);
+    let text = [
+        "schema = 1\nname = \"hang\"\n",
+        &section("cable"),
+        &cable.replace("[[branches]]\n", &format!("[[branches]]\nrod = \"{rod}\"\n")),
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+    ]
+    .concat();
+    run_with(&text, &registry())
+}
+
+#[test]
+fn a_rod_with_twice_the_moment_that_its_energy_has_is_at_fault() {
+    at_fault(&hanging("doubled"), "rod `cable` (doubled)");
+    assert_eq!(hanging("honest").status(), Status::Converged);
+}
+
+#[test]
+fn a_rod_with_second_derivatives_that_are_not_those_of_its_moment_is_at_fault() {
+    let fault = hanging("wrong-slopes").fault().expect("a fault").to_string();
+    assert!(fault.contains("its second derivatives are not those of its first derivatives"), "{fault}");
 }

@@ -214,7 +214,7 @@ static const WireloomConstraintKind functions = {
 
 #define KIND(kind_name)                                                        \
     {                                                                          \
-        .family = CASE == 8 ? 3 : WIRELOOM_FAMILY_CONSTRAINT,                  \
+        .family = CASE == 8 ? 4 : WIRELOOM_FAMILY_CONSTRAINT,                  \
         .name = kind_name, .doc = "does something wrong",                      \
         .parameter_count = CASE == 19 ? 100000 : 2,                            \
         .parameter_stride = CASE == 11 ? 3 : sizeof parameters[0],             \

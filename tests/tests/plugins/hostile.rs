@@ -70,7 +70,7 @@ const REFUSED: &[Case] = &[
     (5, "a kind without a name", &["the name of kind 1 is empty"]),
     (6, "a kind with the name of a built-in one", &["its kind `collar` already exists, from the program itself"]),
     (7, "a name that is not UTF-8", &["the name of kind 1 is not UTF-8"]),
-    (8, "an unknown family", &["the family of kind `hostile` is 3"]),
+    (8, "an unknown family", &["the family of kind `hostile` is 4"]),
     (9, "no table of functions", &["the table of functions of kind `hostile` is null"]),
     (10, "two kinds of one name", &["kind `hostile` occurs twice"]),
     (11, "parameters that overlap", &["array of parameters of kind `hostile` says it has 3 bytes; ABI 1.0 has"]),

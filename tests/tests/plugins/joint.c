@@ -152,7 +152,7 @@ static const WireloomJointKind functions = {
 };
 
 static const WireloomKind kind = {
-    .family = CASE == 12 ? 3 : WIRELOOM_FAMILY_JOINT,
+    .family = CASE == 12 ? 4 : WIRELOOM_FAMILY_JOINT,
     .name = CASE == 13 ? "fused" : "two-arm-spring",
     .doc = "a spring between two arms",
     .joint = CASE == 14 ? NULL : &functions,
@@ -161,8 +161,8 @@ static const WireloomKind kind = {
 static const WireloomKinds all = {
     .size = sizeof all,
     .count = 1,
-    // An older program would have stopped before the joint.
-    .stride = CASE == 15 ? offsetof(WireloomKind, joint) : sizeof kind,
+    // ABI 1.0 had no joints; with CASE 22 it is a plugin of ABI 1.6, which had no rods.
+    .stride = CASE == 15 ? offsetof(WireloomKind, joint) : CASE == 22 ? offsetof(WireloomKind, rod) : sizeof kind,
     .first = &kind,
 };
 
@@ -175,7 +175,7 @@ WIRELOOM_EXPORT const WireloomEntry wireloom_plugin = {
     .magic = WIRELOOM_MAGIC,
     .size = sizeof wireloom_plugin,
     .abi_major = WIRELOOM_ABI_MAJOR,
-    .abi_minor = WIRELOOM_ABI_MINOR,
+    .abi_minor = CASE == 22 ? 6 : WIRELOOM_ABI_MINOR,
     .name = "joiner",
     .version = "0.0.1",
     .doc = "joins",

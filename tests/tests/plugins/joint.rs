@@ -15,7 +15,7 @@ const WRONG: &[(u32, i32, &[&str])] = &[
     (9, 1, &["table of functions of kind `two-arm-spring` says it has 8 bytes; ABI 1.0 has"]),
     (10, 1, &["the function `destroy` of kind `two-arm-spring` is null"]),
     (11, 1, &["has no function `evaluate`"]),
-    (12, 1, &["the family of kind `two-arm-spring` is 3; 1 is a constraint, 2 a joint model"]),
+    (12, 1, &["the family of kind `two-arm-spring` is 4; 1 is a constraint, 2 a joint model, 3 a rod"]),
     (13, 1, &["its kind `fused` already exists, from the program itself"]),
     (14, 1, &["the table of functions of kind `two-arm-spring` is null"]),
     (15, 1, &["the table of functions of kind `two-arm-spring` is null"]),
@@ -27,6 +27,7 @@ pub fn trials() -> Vec<Named> {
         named("a compliant hub in C is the built-in one, and passes the check", as_good_as_the_hub),
         named("a hub in C that slips is the built-in one, and passes the check", slips_as_the_hub),
         named("a joint model refuses arms that it cannot join", three_arms),
+        named("a joint model that was built for ABI 1.6 is loaded", of_an_earlier_version),
     ];
     for (case, code, words) in WRONG {
         all.push((
@@ -142,6 +143,13 @@ fn slips_as_the_hub() -> Checked {
     let let_go = number(&plugin, "/steps/1/branches/right/position/30/2");
     ensure(let_go.abs() > 0.01, format!("it keeps no set: {let_go} m"))?;
     place.wireloom(&["plugin", "check", "libjoiner.so"])?.expect(0).map(|_| ())
+}
+
+/// Its descriptors end before what ABI 1.7 appended.
+fn of_an_earlier_version() -> Checked {
+    let place = Place::new()?;
+    write(&place, 22, "two-arm-spring")?;
+    place.wireloom(&["run", "s.toml", "--allow-plugin", "libjoiner.so"])?.expect(0).map(|_| ())
 }
 
 fn three_arms() -> Checked {

@@ -49,12 +49,14 @@ fn closed_form(kind: &str, result: &Value) -> Checked {
         "memory" => near(&what, number(&last, "/constraints/spring/force/2"), 1.0, 1e-6),
         // Small deflections: (δ/L)² = 4e-4.
         "joint" => near(&what, number(&last, "/branches/right/position/20/2"), -10.4167e-3, 1e-3),
+        // Of second order in the 50 segments.
+        "rod" => near(&what, number(&last, "/branches/cable/position/50/2"), (1.0 - 2.0_f64.cos()) / 4.0, 1e-4),
         other => Err(format!("no kind {other}").into()),
     }
 }
 
 /// The kinds besides the default.
-const KINDS: [&str; 3] = ["equation", "memory", "joint"];
+const KINDS: [&str; 4] = ["equation", "memory", "joint", "rod"];
 
 fn in_c() -> Checked {
     let place = Place::new()?;
@@ -228,6 +230,7 @@ fn bad_names() -> Checked {
         place.wireloom(&["plugin", "new", name, "--c"])?.expect(1)?.says(&["is no name for a plugin"])?;
     }
     place.wireloom(&["plugin", "new", "collar", "--c"])?.expect(1)?.says(&["a kind `collar` is built in"])?;
+    place.wireloom(&["plugin", "new", "kirchhoff", "--c"])?.expect(1)?.says(&["a kind `kirchhoff` is built in"])?;
     fs::create_dir(place.path("mine"))?;
     place.wireloom(&["plugin", "new", "mine", "--c"])?.expect(1)?.says(&["there is a `mine` already"])?;
     place.wireloom(&["plugin", "new", "other", "--sources", "."])?.expect(1)?.says(&["--sources DIR", "--c"])?;

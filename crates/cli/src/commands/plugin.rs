@@ -2,7 +2,7 @@
 
 use crate::arguments::PluginTask;
 use crate::failure::{Failure, Outcome};
-use crate::plugin::describe::{describe, describe_joint};
+use crate::plugin::describe::{describe, describe_joint, describe_rod};
 use crate::plugin::load::record;
 use crate::plugin::{check, crash, new, trust};
 use crate::print::text::printable;
@@ -54,6 +54,9 @@ fn list(out: &mut dyn Write) -> Result<Outcome, Failure> {
                     }
                     for kind in plugin.joints.iter().filter_map(|name| registry.joint(name)) {
                         describe_joint(kind, out)?;
+                    }
+                    for kind in plugin.rods.iter().filter_map(|name| registry.rod(name)) {
+                        describe_rod(kind, out)?;
                     }
                 }
                 Err(error) => writeln!(out, "{}\n  {}", printable(&error.to_string()), error.reason.help())?,

@@ -2,11 +2,12 @@
 
 mod constraint;
 mod joint;
+mod rod;
 mod trial;
 
 use crate::failure::{Failure, Outcome};
 use crate::plugin::crash;
-use crate::plugin::describe::{describe, describe_joint};
+use crate::plugin::describe::{describe, describe_joint, describe_rod};
 use crate::plugin::load::{not_loaded, record};
 use crate::print::text::{counted, printable};
 use std::io::{self, Write};
@@ -35,6 +36,10 @@ pub fn check(file: &Path, time_limit: f64, out: &mut dyn Write) -> Result<Outcom
         for kind in plugin.joints.iter().filter_map(|name| registry.joint(name)) {
             describe_joint(kind, out)?;
             faults += carry_out(joint::trials(kind), out)?;
+        }
+        for kind in plugin.rods.iter().filter_map(|name| registry.rod(name)) {
+            describe_rod(kind, out)?;
+            faults += carry_out(rod::trials(kind), out)?;
         }
         if faults == 0 { writeln!(out, "all tests passed") } else { Ok(()) }
     };

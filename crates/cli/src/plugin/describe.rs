@@ -2,7 +2,7 @@
 
 use crate::print::text::printable;
 use std::io::{self, Write};
-use wireloom::parts::{ConstraintKind, Form, JointKind, Parameter, SpanUse, Value};
+use wireloom::parts::{ConstraintKind, Form, JointKind, Parameter, RodKind, SpanUse, Value};
 
 /// A kind, what it acts on, its parameters and its outputs.
 pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {
@@ -30,6 +30,12 @@ pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {
 /// A joint model and its parameters.
 pub fn describe_joint(kind: &JointKind, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "  joint model `{}`: {}", kind.name, printable(&kind.doc))?;
+    describe_parameters(&kind.parameters, out)
+}
+
+/// A rod and its parameters.
+pub fn describe_rod(kind: &RodKind, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "  rod `{}`: {}", kind.name, printable(&kind.doc))?;
     describe_parameters(&kind.parameters, out)
 }
 

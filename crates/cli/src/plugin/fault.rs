@@ -46,7 +46,7 @@ fn parts(site: &str) -> (PartFamily, &str, &str, &str) {
         let (kind, owner) = rest.split_once("): ")?;
         Some((family, name, kind, owner))
     };
-    let known = parts(PartFamily::Constraint).or_else(|| parts(PartFamily::Joint));
+    let known = [PartFamily::Constraint, PartFamily::Joint, PartFamily::Rod].into_iter().find_map(parts);
     known.unwrap_or((PartFamily::Constraint, "", "", site))
 }
 

@@ -80,6 +80,16 @@ const JOINT: Template = template!(
     "a cantilever with the joint half way sinks by `F L³ / 3 E I + F (L/2)² / k` = 10.417 mm"
 );
 
+const ROD: Template = template!(
+    "rod",
+    "the rod `{{name}}`, a bundle that bends more easily the more it is bent",
+    concat!(
+        "| `loose_share` | | share of the bending stiffness that is left in tight bends; above 0, at most 1 |\n",
+        "| `slip_curvature` | 1/m | curvature about which the wires come loose; above 0 |"
+    ),
+    "a moment at its end bends a cable to an arc of the curvature 4 1/m"
+);
+
 /// Files of a plugin in Rust, besides its source and its scenario.
 const RUST: &[(&str, &str)] = &[
     ("Cargo.toml", include_str!("../../templates/rust/Cargo.toml.txt")),
@@ -118,7 +128,8 @@ pub fn new(
              such as my-spring"
         )));
     }
-    if wireloom::registry().constraint(name).is_some() || wireloom::registry().joint(name).is_some() {
+    let built_in = wireloom::registry();
+    if built_in.constraint(name).is_some() || built_in.joint(name).is_some() || built_in.rod(name).is_some() {
         return Err(Failure::Input(format!("a kind `{name}` is built in: take another name")));
     }
     let sources = if language == Language::Rust { found(sources)? } else { PathBuf::new() };
@@ -131,6 +142,7 @@ pub fn new(
         PluginKind::Equation => EQUATION,
         PluginKind::Memory => MEMORY,
         PluginKind::Joint => JOINT,
+        PluginKind::Rod => ROD,
     };
     let beside = format!("{name}{}", std::env::consts::DLL_SUFFIX);
     let (files, source, library, load, build) = match language {

@@ -3,9 +3,11 @@
 //! `∂E/∂θ_c` of each [`crate::RodSegment`].
 
 use crate::conditions::{RodState, System};
+use crate::constitutive::Derivatives;
 use crate::equilibrium::Energy;
 use crate::network::{Branch, WORTHWHILE};
 use crate::rod::{BranchHessian, BranchShape, RodSegment};
+use crate::terms::slope::Contradiction;
 use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
 
 /// Term of the rods; keeps its workspace.
@@ -227,6 +229,14 @@ impl RodTerm {
     /// Second derivatives in the edges of a branch, N/m; see [`crate::RodSegment::edge_stiffness`].
     pub fn edge_stiffness(&self, system: System<'_>, state: &State, branch: usize, stiffness: &mut [Matrix]) {
         system.network.branches[branch].rod.edge_stiffness(&self.shape(system, state, branch), stiffness);
+    }
+
+    /// First rod with a constitutive law whose derivatives at `state` are not those of its values.
+    pub fn contradiction(&self, system: System<'_>, state: &State) -> Option<(usize, Derivatives, Contradiction)> {
+        system.network.branches.iter().enumerate().find_map(|(b, branch)| {
+            let (which, found) = branch.rod.contradiction(&self.shape(system, state, b))?;
+            Some((b, which, found))
+        })
     }
 
     /// Memory of every rod that has one, by branch, updated to `state`, the equilibrium that ends an increment; with

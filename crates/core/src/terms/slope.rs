@@ -24,7 +24,7 @@ pub struct Contradiction {
 
 /// Slope along a line, summed over its components.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Slope {
+pub(crate) struct Slope {
     /// Sum.
     pub claimed: f64,
     /// Sum of the absolute values.
@@ -72,7 +72,7 @@ pub(super) fn component(k: usize) -> f64 {
 }
 
 /// Vector `k` of the line.
-pub(super) fn along(k: usize) -> crate::Vector {
+pub(crate) fn along(k: usize) -> crate::Vector {
     crate::Vector::new(component(3 * k), component(3 * k + 1), component(3 * k + 2))
 }
 

@@ -820,17 +820,18 @@ impl Fault {
         let core::PartFault { family, name, kind, step, increment, message } = fault.clone();
         let named = |which: core::PartFamily| (family == which).then(|| name.clone());
         let (constraint, joint) = (named(core::PartFamily::Constraint), named(core::PartFamily::Joint));
-        let minimiser = named(core::PartFamily::Minimiser);
-        Self { constraint, joint, minimiser, kind, step, increment, message }
+        let (rod, minimiser) = (named(core::PartFamily::Rod), named(core::PartFamily::Minimiser));
+        Self { constraint, joint, rod, minimiser, kind, step, increment, message }
     }
 
     fn fault(self) -> Result<core::PartFault, Refusal> {
-        let Self { constraint, joint, minimiser, kind, step, increment, message } = self;
-        let (family, name) = match (constraint, joint, minimiser) {
-            (Some(name), None, None) => (core::PartFamily::Constraint, name),
-            (None, Some(name), None) => (core::PartFamily::Joint, name),
-            (None, None, Some(name)) => (core::PartFamily::Minimiser, name),
-            _ => return Err("`fault` needs one of `constraint`, `joint` and `minimiser`".to_owned()),
+        let Self { constraint, joint, rod, minimiser, kind, step, increment, message } = self;
+        let (family, name) = match (constraint, joint, rod, minimiser) {
+            (Some(name), None, None, None) => (core::PartFamily::Constraint, name),
+            (None, Some(name), None, None) => (core::PartFamily::Joint, name),
+            (None, None, Some(name), None) => (core::PartFamily::Rod, name),
+            (None, None, None, Some(name)) => (core::PartFamily::Minimiser, name),
+            _ => return Err("`fault` needs one of `constraint`, `joint`, `rod` and `minimiser`".to_owned()),
         };
         Ok(core::PartFault { family, name, kind, step, increment, message })
     }

@@ -503,7 +503,7 @@ pub struct Clearance {
     pub at: Increment,
 }
 
-/// The fault of a constraint, a joint or the minimiser that ended the run.
+/// The fault of a constraint, a joint, the rod of a branch or the minimiser that ended the run.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
@@ -511,6 +511,8 @@ pub struct Fault {
     pub constraint: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rod: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub minimiser: Option<String>,
     pub kind: String,

@@ -547,7 +547,7 @@ class Run:
 
     @property
     def fault(self) -> str | None:
-        """The fault of a constraint, a joint or the minimiser that ended the run early."""
+        """The fault of a constraint, a joint, a rod or the minimiser that ended the run early."""
         return self._handle.fault
 
     @cached_property

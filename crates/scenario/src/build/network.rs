@@ -224,12 +224,14 @@ impl Scenario {
             }
             let section = self.sections[branch.section].clone();
             let mesh = Mesh::new(rest_lengths, stations.into_iter().collect());
-            let spec = RodSpec { section: section.clone(), mesh, curvature: branch.curvature };
+            let (name, curvature) = (branch.name.clone(), branch.curvature);
+            let spec = RodSpec { name, section: section.clone(), mesh, curvature };
             let kind = registry.rod(&branch.rod).map(|kind| &kind.build);
             let label = format!("branch \"{}\"", branch.name);
             let rod: Option<Box<dyn RodSegment>> = made(kind, &spec, &branch.parameters, &label, &branch.spans, faults);
-            let (name, path, drawn) = (branch.name.clone(), branch.path.clone(), branch.drawn().to_vec());
-            plans.extend(rod.map(|rod| BranchPlan { name, section, rod, path, drawn }));
+            let (name, kind) = (branch.name.clone(), branch.rod.clone());
+            let (path, drawn) = (branch.path.clone(), branch.drawn().to_vec());
+            plans.extend(rod.map(|rod| BranchPlan { name, kind, section, rod, path, drawn }));
         }
         plans
     }

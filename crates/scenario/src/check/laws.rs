@@ -8,9 +8,9 @@ use wireloom_core::section::SectionLaws;
 use wireloom_core::{Mounting, Network, Section};
 
 /// Refuses branches whose section has friction, a set, creep or curves where their rod does not say that it has them,
-/// where a joint couples them without, and, as what is remembered stays with the material, where the mesh of one that
-/// remembers moves along the cable; arms with friction whose joint does not say that it has it; and times of steps
-/// where nothing creeps.
+/// where a joint couples them, or rods with a law of their own, without, and, as what is remembered stays with the
+/// material, where the mesh of one that remembers moves along the cable; arms with friction whose joint does not say
+/// that it has it; and times of steps where nothing creeps.
 pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     let creeps = network.branches.iter().any(|branch| !branch.section.laws.creep.is_empty());
@@ -52,19 +52,19 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
             let help = "use model = \"compliant-hub\", or leave `friction` out".to_owned();
             faults.push(Fault { span: own.spans.of(Some("model")), message, help });
         }
-        let nonlinear = joint.branches.iter().find(|b| !of(**b).bends_linearly());
+        let nonlinear = joint.branches.iter().find(|b| !network.branches[**b].bends_linearly());
         if let (Mounting::Point, Some(&b)) = (joint.model.mounting(), nonlinear) {
+            let branch = &network.branches[b];
+            let (whose, other) = match of(b).bends_linearly() {
+                true => ("rod", format!("its rod \"{}\" has another law", branch.kind)),
+                false => ("section", format!("section \"{}\" has {}", section(b), has(b))),
+            };
             let message = format!(
-                "joint \"{}\": its model \"{}\" couples branch \"{}\" by its linear stiffness, but section \"{}\" has \
-                 {}",
-                own.name,
-                own.model,
-                network.branches[b].name,
-                section(b),
-                has(b)
+                "joint \"{}\": its model \"{}\" couples branch \"{}\" by its linear stiffness, but {other}",
+                own.name, own.model, branch.name
             );
             let help =
-                "use model = \"fused\" or \"rigid-body\": up to these a branch has the law of its section".to_owned();
+                format!("use model = \"fused\" or \"rigid-body\": up to these a branch has the law of its {whose}");
             faults.push(Fault { span: own.spans.of(Some("model")), message, help });
         }
     }

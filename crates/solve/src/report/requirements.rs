@@ -86,10 +86,10 @@ impl<'a> Equilibrium<'a> {
         });
         // Where the section twists linearly the twist follows from the moment.
         let rest_twists = (0..network.branches.len()).map(|b| {
-            if network.branches[b].section.twists_linearly() {
+            if network.branches[b].twists_linearly() {
                 return 0.0;
             }
-            let at_rest = network.branches[b].rod.law().map_or(0.0, |law| law.curvature.z);
+            let at_rest = network.branches[b].rod.linear_law().map_or(0.0, |law| law.curvature.z);
             at_rest + problem.shape(state, b).extra_curvature.first().map_or(0.0, |extra| extra.z)
         });
         let rest_twists = rest_twists.collect();
@@ -243,7 +243,7 @@ impl<'a> Equilibrium<'a> {
                 let tensions = part::forces_around(own, i).map(|force| force.dot(&d3));
                 tensions[0].max(tensions[1]) + self.errors[b].force[i]
             };
-            self.network.branches[b].section.strain(piece.in_order().map(tension).fold(0.0, f64::max))
+            self.network.branches[b].strain_under(piece.in_order().map(tension).fold(0.0, f64::max)).0
         };
         let strain = span.pieces.iter().map(strain).fold(0.0, f64::max);
         (moved / span.length).min((1.0 + strain - span.chord / span.length).max(0.0))
@@ -324,10 +324,10 @@ impl<'a> Equilibrium<'a> {
             Measure::Tension => places(true, found, &Local::tension, force),
             Measure::Compression => places(true, found, &|place| -place.tension(), force),
             Measure::Strain => {
-                let error = |place: &Local| force(place) / own.section.stiffness_at(place.tension());
-                places(true, found, &|place| own.section.strain(place.tension()), &error);
+                let error = |place: &Local| force(place) / own.strain_under(place.tension()).1;
+                places(true, found, &|place| own.strain_under(place.tension()).0, &error);
             }
-            Measure::Torsion if own.section.twists_linearly() => {
+            Measure::Torsion if own.twists_linearly() => {
                 let stiffness = own.section.torsion_stiffness;
                 let twist = |place: &Local| place.moment.dot(&(place.frame * Vector::z())) / stiffness;
                 places(true, found, &|place| twist(place).abs(), torsion);

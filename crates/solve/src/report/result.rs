@@ -69,7 +69,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         deviation: None,
         friction: None,
     };
-    let rest = branch.rod.law().map(|law| law.curvature);
+    let rest = branch.rod.linear_law().map(|law| law.curvature);
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
     // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
     // moments jump, the tighter side is reported.
@@ -215,8 +215,8 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             curvature[node].0 = rest + moment.component_div(&branch.section.bend_diagonal());
         });
     }
-    if branch.section.laws.axial.is_some() {
-        result.strain = Some((0..=n).map(|node| branch.section.strain(result.tension_at(node))).collect());
+    if branch.has_axial_law() {
+        result.strain = Some((0..=n).map(|node| branch.strain_under(result.tension_at(node)).0).collect());
     }
     result.twist_turns = twist(mesh, &shape, curvature.iter().map(|(kappa, _)| kappa.z).collect()) / TAU;
     result.bend_radius = curvature.iter().map(|(kappa, _)| bend_radius(kappa, length)).collect();

@@ -283,6 +283,7 @@ impl<'n, 'm> Driver<'n, 'm> {
                 (network.constraints[index].name.as_str(), network.constraints[index].kind.as_str())
             }
             PartFamily::Joint => (network.joints[index].name.as_str(), network.joints[index].kind.as_str()),
+            PartFamily::Rod => (network.branches[index].name.as_str(), network.branches[index].kind.as_str()),
             PartFamily::Minimiser => (self.minimiser.name(), self.minimiser.name()),
         };
         let (name, kind, step) = (name.to_owned(), kind.to_owned(), step.name.clone());

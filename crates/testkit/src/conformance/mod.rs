@@ -7,6 +7,7 @@
 //! A suite is a module of tests, one for each clause of the trait's contract and named after it. The checks
 //! panic with the case, the entry and both numbers; they draw from a fixed seed, so they repeat.
 
+pub mod constitutive;
 pub mod constraint;
 pub mod joint;
 pub mod minimiser;
@@ -85,6 +86,44 @@ macro_rules! rod_order_conformance {
             energy_is_second_order_in_the_segment_length
             a_station_inside_changes_the_energy_to_second_order
         );
+    };
+}
+
+/// The checks of rods with constitutive laws of their own, handed to another macro behind what it is to have first.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! constitutive_checks {
+    ($then:ident $($before:tt)*) => {
+        $crate::$then! { $($before)*
+            forces_are_the_derivative_of_the_energy
+            hessian_is_the_derivative_of_the_forces
+            a_run_finds_no_derivatives_wrong
+            there_is_no_energy_at_rest_and_nowhere_less
+            the_sign_of_the_first_component_changes_nothing
+            stretch_is_convex
+            a_block_is_answered_as_each_of_its_strains
+            rigid_motion_changes_nothing
+            the_sign_of_a_quaternion_does_not_matter
+            inner_forces_and_moments_sum_to_zero
+            running_the_branch_from_its_other_end_changes_nothing
+            rest_shape_has_no_energy_and_no_gradient
+            energies_by_effect_are_not_negative_and_add_up
+            forces_and_moments_agree_with_the_gradient
+            extra_curvature_shifts_the_rest_curvature
+            free_strain_stretches_the_rest_shape
+            non_finite_input_gives_non_finite_output
+            same_input_gives_same_bits
+        }
+    };
+}
+
+/// Holds a rod with constitutive laws of its own against the contract of
+/// [`wireloom_core::constitutive::ConstitutiveLaw`]: `constitutive_conformance!(name, factory)` with the factory of
+/// [`rod_conformance`]. Its differences adapt to laws that bend within a thousandth of a strain.
+#[macro_export]
+macro_rules! constitutive_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::constitutive_checks! { conformance_suite $name, constitutive, ($factory), }
     };
 }
 

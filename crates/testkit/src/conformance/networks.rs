@@ -162,9 +162,11 @@ impl Sketch {
             let ends = [(0, branch.joints[0]), (n, branch.joints[1])];
             let stations = ends.into_iter().filter(|(_, joint)| has_station(*joint)).map(|(node, _)| node).collect();
             let mesh = Mesh::new(vec![branch.length / n as f64; n], stations);
-            let spec = RodSpec { section: section(branch.thin), mesh, curvature: Vector::zeros() };
+            let name = branch.name.clone();
+            let spec = RodSpec { name, section: section(branch.thin), mesh, curvature: Vector::zeros() };
             BranchPlan {
                 name: branch.name.clone(),
+                kind: rods.name.clone(),
                 rod: (rods.build)(&spec, &none).expect("a rod"),
                 section: spec.section,
                 path: vec![],

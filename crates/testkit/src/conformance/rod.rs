@@ -41,6 +41,10 @@ pub fn section() -> Section {
     }
 }
 
+fn spec(mesh: &Mesh, curvature: Vector) -> RodSpec {
+    RodSpec { name: "branch".into(), section: section(), mesh: mesh.clone(), curvature }
+}
+
 /// Name of the shape whose first, third, … edges point against their frames.
 const OVERTURNED: &str = "overturned";
 
@@ -165,7 +169,7 @@ fn cases(factory: &Factory<'_>) -> Vec<Case> {
             ("turns near half a turn", 3.05, 0.1, Vector::zeros()),
             (OVERTURNED, 0.3, 0.1, Vector::zeros()),
         ] {
-            let spec = RodSpec { section: section(), mesh: mesh.clone(), curvature: rest };
+            let spec = spec(&mesh, rest);
             let rod = factory(spec.clone());
             let mut shape = random_shape(rod.as_ref(), &mesh, turn, strain, &mut rng);
             if shape_name == OVERTURNED {
@@ -400,14 +404,14 @@ pub fn hessian_is_the_second_derivative_of_the_energy(factory: &Factory<'_>) {
     }
 }
 
-/// Whether it says no axial law.
+/// Whether it says no law of stretch.
 fn is_linear_in_edges(rod: &dyn RodSegment) -> bool {
-    rod.law().is_none_or(|law| law.laws.axial.is_none())
+    rod.constitutive().is_none_or(|laws| laws.stretch.is_none()) && rod.law().is_none_or(|law| law.laws.axial.is_none())
 }
 
 /// # Panics
-/// If the stiffness of the edges is not the one in the Hessian, or, without an axial law, depends on the points where
-/// no edge is overturned by that.
+/// If the stiffness of the edges is not the one in the Hessian, or, without a law of stretch, depends on the points
+/// where no edge is overturned by that.
 pub fn edge_stiffness_is_that_of_the_hessian_wherever_the_points_are(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(12);
     for Case { name, rod, shape, .. } in cases(factory) {
@@ -568,6 +572,7 @@ pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'
     for Case { name, spec, rod, shape, past } in cases(factory) {
         let n = spec.mesh.segments();
         let reversed = factory(RodSpec {
+            name: spec.name,
             mesh: Mesh::new(
                 spec.mesh.rest_lengths.iter().rev().copied().collect(),
                 spec.mesh.stations.iter().rev().map(|k| n - k).collect(),
@@ -597,7 +602,7 @@ pub fn rest_shape_has_no_energy_and_no_gradient(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(4);
     for (name, mesh) in meshes() {
         for curvature in [Vector::zeros(), Vector::new(1.5, -2.0, 2.5)] {
-            let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature });
+            let rod = factory(spec(&mesh, curvature));
             let mut shape = random_shape(rod.as_ref(), &mesh, 0.0, 0.0, &mut rng);
             // The energy is convex in an edge: Newton.
             for _ in 0..4 {
@@ -651,8 +656,7 @@ fn helix(mesh: &Mesh) -> Shape {
 /// The energy of [`helix`] (length 1) on `n` segments with these stations.
 fn helix_energy(factory: &Factory<'_>, n: usize, stations: Vec<usize>) -> f64 {
     let mesh = Mesh::new(vec![1.0 / n as f64; n], stations);
-    let curvature = Vector::new(0.2, 0.1, -0.3);
-    let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature });
+    let rod = factory(spec(&mesh, Vector::new(0.2, 0.1, -0.3)));
     rod.energy(&helix(&mesh).view()).total()
 }
 
@@ -815,7 +819,7 @@ pub fn extra_curvature_shifts_the_rest_curvature(factory: &Factory<'_>) {
 pub fn free_strain_stretches_the_rest_shape(factory: &Factory<'_>) {
     let mut rng = Rng::with_seed(6);
     for (name, mesh) in meshes() {
-        let rod = factory(RodSpec { section: section(), mesh: mesh.clone(), curvature: Vector::zeros() });
+        let rod = factory(spec(&mesh, Vector::zeros()));
         for free_strain in [-0.02, 0.03] {
             let mut shape = random_shape(rod.as_ref(), &mesh, 0.0, 0.0, &mut rng);
             shape.free_strain = free_strain;

@@ -55,7 +55,7 @@ impl<'a> Samples<'a> {
         // Where friction sticks; where it slips the stiffness is less, and so is the defect.
         let stiffness = branch.section.sticking_diagonal();
         let of_friction = stiffness - branch.section.lasting_diagonal();
-        let law = branch.rod.law();
+        let law = branch.rod.linear_law();
         let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
         let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
         // The same all along a branch.

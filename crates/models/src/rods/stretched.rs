@@ -1,21 +1,23 @@
-//! Axial laws of rods on the staggered grid: an energy `ℓ W(Γ3)` in every segment, beside shear and what holds frames
-//! to edges.
+//! Laws of stretch of rods on the staggered grid: an energy `ℓ W(Γ)` in every segment, beside what is linear in it and
+//! what holds frames to edges.
 //!
-//! Its derivatives are those of a linear segment with the force `W′` and the stiffness `W″` along the frame in place
-//! of C Γ and C. As the strain of a segment is that at its middle to fourth order, so is the force of the law.
+//! Its derivatives are those of a linear segment with the force `∂W` and the stiffness `∂²W` in place of C Γ and C. As
+//! the strain of a segment is that at its middle to fourth order, so is the force of the law.
 
 use crate::kernel::{BlendedStretchShear, StretchShear};
 use crate::rods::staggered::StaggeredRod;
+use wireloom_core::constitutive::Point;
 use wireloom_core::rod::{Beside, BranchHessian, BranchShape};
-use wireloom_core::section::AxialLaw;
 use wireloom_core::{Matrix, Vector};
 
-/// A segment with the force and the stiffness of an axial law, and no others.
+/// A segment with the force of a law, and no other.
 pub struct Stretched<'s> {
     /// Its index.
     pub segment: usize,
     /// W, J/m.
     energy: f64,
+    /// ∂²W, N.
+    tangent: Matrix,
     geometry: Geometry<'s>,
 }
 
@@ -26,25 +28,33 @@ enum Geometry<'s> {
     Beside(usize, &'s Beside, BlendedStretchShear),
 }
 
-/// Every segment of a rod in this shape, under this law.
+/// Every segment of a rod in this shape under a law: with its index and its strain Γ.
 pub fn all<'s>(
     rod: &'s StaggeredRod,
-    law: &'s AxialLaw,
     shape: &'s BranchShape<'_>,
+    law: impl Fn(usize, &Vector) -> Point + Copy + 's,
 ) -> impl Iterator<Item = Stretched<'s>> + 's {
     let plain = rod.plain().map(move |segment| {
         let own = rod.segment(shape, segment);
-        let strain = own.axial_strain();
-        let geometry = Geometry::Plain(own.along(law.force(strain), law.stiffness(strain)));
-        Stretched { segment, energy: law.energy(strain), geometry }
+        let Point { energy, gradient, hessian } = law(segment, &own.strain());
+        Stretched { segment, energy, tangent: hessian, geometry: Geometry::Plain(own.with_force(gradient)) }
     });
     let beside = rod.all_blended(shape).enumerate().map(move |(index, (beside, own))| {
-        let strain = own.axial_strain();
-        let own = own.along(law.force(strain), law.stiffness(strain));
-        let geometry = Geometry::Beside(index, beside, own);
-        Stretched { segment: beside.segment, energy: law.energy(strain), geometry }
+        let Point { energy, gradient, hessian } = law(beside.segment, &own.strain());
+        let geometry = Geometry::Beside(index, beside, own.with_force(gradient));
+        Stretched { segment: beside.segment, energy, tangent: hessian, geometry }
     });
     plain.chain(beside)
+}
+
+/// Γ of every segment of a rod in this shape.
+pub fn strains(rod: &StaggeredRod, shape: &BranchShape<'_>, strains: &mut [Vector]) {
+    for j in rod.plain() {
+        strains[j] = rod.segment(shape, j).strain();
+    }
+    for (beside, own) in rod.all_blended(shape) {
+        strains[beside.segment] = own.strain();
+    }
 }
 
 impl Stretched<'_> {
@@ -83,9 +93,9 @@ impl Stretched<'_> {
     pub fn add_hessian(&self, l: f64, geometric: bool, hessian: &mut BranchHessian) {
         let of = |n: &Vector| if geometric { *n } else { Vector::zeros() };
         let own = match &self.geometry {
-            Geometry::Plain(own) => own.hessian(l, &of(&own.n)),
+            Geometry::Plain(own) => own.hessian_with(l, &of(&own.n), &self.tangent),
             Geometry::Beside(index, _, own) => {
-                let (own, neighbours) = own.hessian(l, &of(&own.n));
+                let (own, neighbours) = own.hessian_with(l, &of(&own.n), &self.tangent);
                 let room = &mut hessian.beside[*index];
                 for k in 0..2 {
                     room.se[k] += neighbours.se[k];
@@ -105,18 +115,18 @@ impl Stretched<'_> {
     /// `∂²E/∂e²`, N/m.
     pub fn edge_stiffness(&self, l: f64) -> Matrix {
         match &self.geometry {
-            Geometry::Plain(own) => crate::kernel::edge_stiffness(&own.r, l, &own.c),
-            Geometry::Beside(_, _, own) => own.edge_stiffness(l),
+            Geometry::Plain(own) => own.r * self.tangent * own.r.transpose() / l,
+            Geometry::Beside(_, _, own) => own.edge_stiffness_with(l, &self.tangent),
         }
     }
 
     /// Its force to first order after a step of its edge and of the frames, N, body frame.
     pub fn predicted_force(&self, l: f64, de: &Vector, theta: &Vector, frames: &[Vector]) -> Vector {
         match &self.geometry {
-            Geometry::Plain(own) => own.n + own.c.component_mul(&own.strain_change(l, de, theta)),
+            Geometry::Plain(own) => own.n + self.tangent * own.strain_change(l, de, theta),
             Geometry::Beside(_, beside, own) => {
                 let at_neighbours = beside.neighbours().map(|c| c.map_or_else(Vector::zeros, |c| frames[c]));
-                own.n + own.c.component_mul(&own.strain_change(l, de, theta, at_neighbours))
+                own.n + self.tangent * own.strain_change(l, de, theta, at_neighbours)
             }
         }
     }
@@ -139,18 +149,24 @@ impl Stretched<'_> {
 
     /// `[∂E/∂ℓ, ∂²E/∂ℓ²]` with the edge and the frames fixed: `W − n·v` and `vᵀ T v/ℓ`.
     pub fn length_terms(&self, l: f64) -> [f64; 2] {
-        let (n, c, v) = match &self.geometry {
-            Geometry::Plain(own) => (own.n.z, own.c.z, own.v.z),
-            Geometry::Beside(_, _, own) => (own.n.z, own.c.z, own.corrected().z),
+        let (n, v) = match &self.geometry {
+            Geometry::Plain(own) => (own.n, &own.v),
+            Geometry::Beside(_, _, own) => (own.n, own.corrected()),
         };
-        [self.energy - n * v, c * v * v / l]
+        [self.energy - n.dot(v), v.dot(&(self.tangent * v)) / l]
     }
 
     /// The segment whose derivatives are those of its own in ℓ.
     pub fn per_length(self, l: f64) -> Self {
         let geometry = match self.geometry {
-            Geometry::Plain(own) => Geometry::Plain(own.per_length(l)),
-            Geometry::Beside(index, beside, own) => Geometry::Beside(index, beside, own.per_length(l)),
+            Geometry::Plain(own) => {
+                let change = self.tangent * own.v / -l;
+                Geometry::Plain(own.with_force(change))
+            }
+            Geometry::Beside(index, beside, own) => {
+                let change = self.tangent * own.corrected() / -l;
+                Geometry::Beside(index, beside, own.with_force(change))
+            }
         };
         Self { geometry, ..self }
     }

@@ -1,0 +1,130 @@
+//! Tests of rods.
+
+use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_numeric, leaks, parameters};
+use std::time::Instant;
+use wireloom::geometry::{Matrix, Vector};
+use wireloom::harness::Mesh;
+use wireloom::parts::{ConstitutiveLaw, ConstitutiveLaws, Response, RodKind, RodSegment, RodSpec};
+use wireloom::testing::conformance::constitutive::CHECKS;
+use wireloom::testing::conformance::rod::section;
+
+/// Segments of the branch for timing and invalid input.
+const SEGMENTS: usize = 100;
+
+/// Tests of a rod, by name.
+pub fn trials(kind: &RodKind) -> Vec<Trial<'_>> {
+    let values = parameters(&kind.parameters);
+    let make = move |spec: RodSpec| (kind.build)(&spec, &values).map_err(|error| error.message);
+    let what = "creation with typical values".to_owned();
+    let mut all: Vec<Trial<'_>> = vec![];
+    match make(branch()) {
+        Ok(first) => all.push((what, Box::new(move || Ok(has(first.as_ref()).into())))),
+        Err(why) => {
+            all.push((what, Box::new(move || Err(why))));
+            return all;
+        }
+    }
+    let make = move |spec: RodSpec| make(spec).unwrap_or_else(|why| panic!("{why}"));
+    for (name, check) in CHECKS {
+        let (make, numeric) = (make.clone(), is_numeric(&kind.name, name));
+        all.push((
+            name.replace('_', " "),
+            Box::new(move || {
+                if numeric {
+                    return Ok("not tested: the program computes them numerically, \
+                               which is slower and less exact than derivatives of the plugin"
+                        .into());
+                }
+                check(&make);
+                Ok("ok".into())
+            }),
+        ));
+    }
+    let maker = make.clone();
+    all.push(("no crash with strains from nothing to far beyond any cable".into(), Box::new(move || extremes(&maker))));
+    let maker = make.clone();
+    all.push(("same numbers on several threads".into(), Box::new(move || threads(maker(branch()).as_ref()))));
+    let maker = make.clone();
+    all.push((
+        format!("no loss of memory, {CYCLES} times"),
+        Box::new(move || leaks(|| drop(answers(maker(branch()).as_ref(), 0.1)))),
+    ));
+    all.push(("time of an evaluation".into(), Box::new(move || time(make(branch()).as_ref()))));
+    all.push(floating_point(""));
+    all
+}
+
+fn branch() -> RodSpec {
+    let mesh = Mesh::new(vec![0.01; SEGMENTS], vec![0, SEGMENTS]);
+    RodSpec { name: "trial".into(), section: section(), mesh, curvature: Vector::zeros() }
+}
+
+fn laws(rod: &dyn RodSegment) -> &ConstitutiveLaws {
+    rod.constitutive().expect("a rod of a plugin has laws of its own")
+}
+
+fn has(rod: &dyn RodSegment) -> &'static str {
+    match (laws(rod).stretch.is_some(), laws(rod).bend.is_some()) {
+        (true, true) => "ok: laws of stretch and of bending",
+        (true, false) => "ok: a law of stretch; it bends as its section",
+        (false, _) => "ok: a law of bending; it stretches as its section",
+    }
+}
+
+/// All answers of a law for strains of about this size.
+fn answer(law: &dyn ConstitutiveLaw, size: f64) -> Vec<u64> {
+    let strain = |k: usize| Vector::new(1.0, -0.3 * k as f64, 0.7) * (size / (1.0 + k as f64));
+    let strains: Vec<Vector> = (0..SEGMENTS).map(strain).collect();
+    let (mut energy, mut gradient) = (vec![0.0; SEGMENTS], vec![Vector::zeros(); SEGMENTS]);
+    let mut hessian = vec![Matrix::zeros(); SEGMENTS];
+    let (of_energy, of_gradient, of_hessian) = (Some(&mut energy[..]), Some(&mut gradient[..]), &mut hessian[..]);
+    law.respond(&strains, &mut Response { energy: of_energy, gradient: of_gradient, hessian: Some(of_hessian) });
+    let numbers = energy.iter().chain(gradient.iter().flatten()).chain(hessian.iter().flatten());
+    numbers.map(|x| x.to_bits()).collect()
+}
+
+/// All answers of all laws, for strains of about `x` and curvatures of about 100 `x` (1/m).
+fn answers(rod: &dyn RodSegment, x: f64) -> Vec<u64> {
+    let ConstitutiveLaws { stretch, bend } = laws(rod);
+    let laws = [(stretch, x), (bend, 100.0 * x)];
+    laws.into_iter().flat_map(|(law, size)| law.iter().flat_map(move |law| answer(law.as_ref(), size))).collect()
+}
+
+/// A minimiser tries strains that no cable bears: 10, and curvatures of 1000 1/m.
+fn extremes(make: &dyn Fn(RodSpec) -> Box<dyn RodSegment>) -> Verdict {
+    for x in [0.0, f64::MIN_POSITIVE, 1e-200, 1e-12, 1.0, 10.0, -10.0] {
+        let rod = make(branch());
+        answers(rod.as_ref(), x);
+        if let Some(fault) = laws(rod.as_ref()).fault() {
+            return Err(format!("at strains of about {x} and curvatures of about {} 1/m: {fault}", 100.0 * x));
+        }
+    }
+    Ok("ok".into())
+}
+
+fn threads(rod: &dyn RodSegment) -> Verdict {
+    let (threads, times) = THREADS;
+    let size = |k: usize| 0.01 * (k % 7) as f64;
+    let want: Vec<Vec<u64>> = (0..7).map(|k| answers(rod, size(k))).collect();
+    let same = std::thread::scope(|scope| {
+        let all: Vec<_> =
+            (0..threads).map(|_| scope.spawn(|| (0..times).all(|k| answers(rod, size(k)) == want[k % 7]))).collect();
+        all.into_iter().all(|thread| thread.join().unwrap_or(false))
+    });
+    match laws(rod).fault() {
+        Some(fault) => Err(fault),
+        None if same => Ok("ok".into()),
+        None => {
+            Err(format!("{threads} concurrent threads do not get the same numbers as one: leave `thread_safe` at 0"))
+        }
+    }
+}
+
+fn time(rod: &dyn RodSegment) -> Verdict {
+    let clock = Instant::now();
+    (0..TIMED).for_each(|_| drop(answers(rod, 0.01)));
+    Ok(format!(
+        "{:.2} µs for all energies and derivatives of {SEGMENTS} segments",
+        clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)
+    ))
+}

@@ -1,0 +1,42 @@
+//! Rods of given constitutive laws, such as those of plugins: a linear rod on the staggered grid, as `cosserat` is,
+//! with laws of stretch and of bending in place of the stiffness of its section where they are given.
+//!
+//! With a law of bending the scheme is of second order in the segment length, as with sections that are not linear.
+
+use crate::kernel::{SegmentStiffness, Stencil};
+use crate::rods::nonlinear::with_given;
+use crate::rods::staggered::{StaggeredRod, Stiffness};
+use wireloom_core::Vector;
+use wireloom_core::constitutive::{ConstitutiveLaws, ConstitutiveSpec};
+use wireloom_core::registry::{ConstitutiveKind, RodKind};
+use wireloom_core::rod::{RodSegment, RodSpec};
+
+/// The kind of rods with the laws of a kind.
+pub fn kind(laws: ConstitutiveKind) -> RodKind {
+    let ConstitutiveKind { name, doc, parameters, build } = laws;
+    let build = Box::new(move |spec: &RodSpec, values: &_| {
+        let (name, section) = (spec.name.clone(), spec.section.clone());
+        let of_laws = ConstitutiveSpec { name, section, length: spec.mesh.length(), curvature: spec.curvature };
+        Ok(rod(spec.clone(), *build(&of_laws, values)?))
+    });
+    RodKind { name, doc, parameters, build }
+}
+
+/// A branch with these laws.
+pub fn rod(spec: RodSpec, laws: ConstitutiveLaws) -> Box<dyn RodSegment> {
+    let stiffness = stiffness(&spec, &laws);
+    with_given(StaggeredRod::new(spec, stiffness), laws)
+}
+
+/// The stiffness of the part that is linear.
+fn stiffness(spec: &RodSpec, laws: &ConstitutiveLaws) -> Stiffness {
+    let linear = |given: bool, stiffness: Vector| if given { Vector::zeros() } else { stiffness };
+    let segment = linear(laws.stretch.is_some(), spec.section.stretch_diagonal());
+    let coupling = linear(laws.bend.is_some(), spec.section.bend_diagonal());
+    Stiffness {
+        segments: vec![SegmentStiffness { c: segment, overturned: 0.0 }; spec.mesh.segments()],
+        couplings: vec![coupling; spec.mesh.coupling_lengths.len()],
+        blends: [Stencil::END.station, Stencil::INNER.station],
+        variation: if laws.bend.is_some() { 0.0 } else { 1.0 },
+    }
+}
