@@ -442,3 +442,41 @@ fn a_plug_may_end_less_than_a_radius_within_a_body_that_stands() {
     let (verdict, depth, limit) = driven(&run);
     assert!(verdict == Verdict::Pass && (depth - 0.002).abs() < 1e-9 && limit > depth, "{depth} of {limit}");
 }
+
+/// A force that rises to a fold is largest just before the harness snaps, between two equilibria: 60 increments told the
+/// snap, and passed with 1.05 N of 1.1 N.
+#[test]
+fn what_is_required_is_checked_where_the_harness_snaps() {
+    for increments in [24, 60] {
+        let text = include_str!("events/fold.toml");
+        let run = run(&text.replace("increments = 60", &format!("increments = {increments}")));
+        let line = run.requirements.iter().find(|line| line.name == "plug-B holds").expect("a line");
+        let worst = line.worst.expect("a force");
+        // The last part of an increment is a 512th: the force there lacks the root of that.
+        assert!((worst - 1.18838).abs() < 0.01, "{worst} N in {increments} increments");
+        assert_eq!((line.verdict, of(&run, EventKind::Jump).len()), (Verdict::Fail, 1), "in {increments}");
+    }
+}
+
+/// The strip of [`strip_text`] beside a long cable that hangs by itself, which was what its jump was measured by, and
+/// beside a handle that is added to that in the same step, after which any motion was expected.
+#[test]
+fn a_jump_is_found_beside_a_long_cable_and_beside_an_added_handle() {
+    let long = [
+        &branch("long", ["C", "D"], "strip", 16.0, 16),
+        "[[constraints]]\nname = \"c\"\nkind = \"connector\"\nat = { end = \"C\" }\nposition = [0, 1, 0]\n\
+         tangent = [1, 0, 0]\nup = [0, 0, 1]\n",
+    ]
+    .concat();
+    let handle = "[[steps.add]]\nname = \"d\"\nkind = \"handle\"\nat = { end = \"D\" }\n";
+    for (other, added) in [(&long[..], ""), (&long[..], handle)] {
+        for increments in [1, 5, 20] {
+            let push = format!(
+                "[[steps]]\nname = \"push\"\nincrements = {increments}\n[[steps.load]]\nload = \"push\"\nfactor = 1\n"
+            );
+            let run = strip(&[other, &push, added].concat());
+            let jumps = of(&run, EventKind::Jump);
+            assert_eq!(jumps.len(), 1, "in {increments} increments, added {added:?}: {jumps:?}");
+        }
+    }
+}

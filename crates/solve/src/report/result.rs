@@ -469,6 +469,16 @@ pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
         .map(|(b, s, value)| TightestBend { branch: b.name.clone(), s, value, limit: b.bend_radius_limit })
 }
 
+/// Largest move of any point of the branches, and the length of the branch that moves so far, m.
+pub fn farthest_branch(network: &Network, from: &State, to: &State) -> (f64, f64) {
+    let moves = network.branches.iter().map(|branch| {
+        let points = branch.points.clone();
+        let moved = points.map(|k| (to.points[k] - from.points[k]).norm()).fold(0.0, f64::max);
+        (moved, branch.rod.mesh().length())
+    });
+    moves.fold((0.0, 0.0), |most, own| if own.0 > most.0 { own } else { most })
+}
+
 /// Largest move of any point, m.
 pub fn farthest(from: &State, to: &State) -> f64 {
     from.points.iter().zip(&to.points).map(|(a, b)| (b - a).norm()).fold(0.0, f64::max)

@@ -58,7 +58,7 @@ pub(crate) struct Driver<'n, 'm> {
     /// Smallest part of the current increment that was tried in one piece.
     pub(super) smallest_part: f64,
     /// Largest displacement of a point in the last increment without a jump, m; `None` in the first increment of a step
-    /// that releases or adds a constraint: any motion may follow there.
+    /// that releases a constraint, or adds one that does not lead the cable from where it is: any motion may follow.
     pub(super) previous_move: Option<f64>,
     /// Constraints and bodies that were driven into each other in the last increment.
     pub(super) driven: Vec<Driven>,

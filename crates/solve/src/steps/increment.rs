@@ -10,6 +10,7 @@ use crate::steps::operations;
 use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
 use wireloom_core::conditions::{Conditions, Sliding};
+use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::status::Status;
@@ -51,8 +52,10 @@ impl Driver<'_, '_> {
         let begun = |f: &usize| step.add.contains(f) || first && network.constraints[*f].from_start;
         let begun = (0..network.constraints.len()).filter(begun).collect();
         let plan = Plan::of_step(&self.problem, step, &step.add).beginning(begun);
-        let moves_only = step.add.is_empty() && step.release.is_empty();
-        self.previous_move = moves_only.then_some(0.0);
+        let network = self.problem.network;
+        let leads = |f: &usize| matches!(network.constraints[*f].model.action(), Action::Prescribed(_));
+        let leads_on = step.release.is_empty() && step.add.iter().all(leads);
+        self.previous_move = leads_on.then_some(0.0);
         plan
     }
 
@@ -172,12 +175,12 @@ impl Driver<'_, '_> {
 
     /// Logs a jump in the increment that has ended in balance: one that moved far and out of proportion is looked into.
     fn log_jump(&mut self, plan: &Plan, fractions: [f64; 2], before: &Conditions, snapped: bool) {
-        let moved = result::farthest(&self.began, &self.state);
+        let (moved, length) = result::farthest_branch(self.problem.network, &self.began, &self.state);
         let conditions = self.problem.conditions();
         let given = events::prescribed(&conditions.active, &before.targets, &conditions.targets);
         // A cable that ran out of a constraint has an event of its own.
         let previous = self.previous_move.filter(|_| conditions.active == before.active);
-        let far = events::is_out_of_proportion(moved, previous, given, self.problem.scales().length);
+        let far = events::is_out_of_proportion(moved, previous, given, [length, self.problem.scales().length]);
         let jump = if far || snapped { self.find_jump(plan, fractions, before) } else { None };
         match jump.or_else(|| snapped.then(|| events::jump_unseen(moved))) {
             // The next jump is not to be measured by this one.

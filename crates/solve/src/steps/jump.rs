@@ -5,12 +5,16 @@
 //! continuous, its move there goes to nothing. A move that does not is a jump. It goes as the square root of the part
 //! where a straight strut buckles, and as the cube root next to a fold that has just closed: those are the slowest
 //! ways (Thompson & Hunt 1973, A General Theory of Elastic Stability).
+//!
+//! Before a jump forces and bends change the faster the nearer it is: the requirements are checked at the last
+//! equilibrium before it, too.
 
 use super::driver::{Driver, is_balanced};
 use crate::report::{Occurrence, result};
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::Plan;
 use wireloom_core::conditions::Conditions;
+use wireloom_core::status::Status;
 use wireloom_core::{EventKind, EventPlace};
 
 /// Number of times that an increment is halved.
@@ -60,6 +64,7 @@ impl Driver<'_, '_> {
         let place = if from == a {
             "at the beginning of the increment".to_owned()
         } else {
+            self.check_before_jump(lower);
             format!("at {:.1} % of the increment", 100.0 * (to - a) / (b - a))
         };
         Some(Occurrence {
@@ -69,5 +74,17 @@ impl Driver<'_, '_> {
             limit: None,
             message: format!("moved by {:.1} mm at once, {place}", 1e3 * moved),
         })
+    }
+
+    /// Checks the requirements at an equilibrium on the way through the increment.
+    fn check_before_jump(&mut self, at: Checkpoint) {
+        let (network, stop, monitor) = (self.problem.network, self.stop, self.problem.monitor.clone());
+        let (mut before, _) = Driver::at_checkpoint(network, &mut *self.minimiser, &stop, at, &monitor);
+        std::mem::swap(&mut before.log, &mut self.log);
+        before.began.copy_from(&self.began);
+        before.all_clearances = self.all_clearances;
+        before.certify(Status::Stalled);
+        before.check_on_the_way(false);
+        self.log = before.log;
     }
 }
