@@ -87,7 +87,10 @@ pub enum NotFound {
     #[error("the targets of the constraints do not follow from the steps alone")]
     OtherPath,
     /// The steps with the kept factor did not lead to an equilibrium.
-    #[error("no equilibrium found nearby (residual {0:.1e}): the equilibrium changes abruptly")]
+    #[error(
+        "no equilibrium found nearby (residual {0:.1e}): the equilibrium changes abruptly, or sections or contacts are \
+         where they begin to slip or yield"
+    )]
     Unbalanced(f64),
     /// Other points touch.
     #[error("contact changes")]

@@ -54,13 +54,20 @@ impl Study<'_> {
         let names: Vec<String> = found.outputs.iter().map(|output| output.name.clone()).collect();
         let mut runs = Vec::with_capacity(found.parameters.len());
         for parameter in &found.parameters {
-            runs.push(match parameter.tolerance {
-                Some(Tolerance { deviation, .. }) => Some([
-                    self.changed(parameter, -deviation, step, &names)?,
-                    self.changed(parameter, deviation, step, &names)?,
-                ]),
-                None => None,
-            });
+            let Some(Tolerance { mean, deviation, .. }) = parameter.tolerance else {
+                runs.push(None);
+                continue;
+            };
+            let middle = if mean == parameter.value {
+                Ok(here.clone())
+            } else {
+                self.changed(&parameter.key, mean, step, &names)?
+            };
+            runs.push(Some([
+                self.changed(&parameter.key, mean - deviation, step, &names)?,
+                middle,
+                self.changed(&parameter.key, mean + deviation, step, &names)?,
+            ]));
         }
         for (k, (output, here)) in found.outputs.iter_mut().zip(here).enumerate() {
             output.spread = here.and_then(|here| spread(output, here, k, &found.parameters, &runs));
@@ -79,11 +86,10 @@ impl Study<'_> {
         outputs.iter().map(point).collect()
     }
 
-    /// Outputs at the end of a step of the scenario with more of a parameter.
-    fn changed(&self, parameter: &Parameter, more: f64, step: usize, names: &[String]) -> Result<Points, NoAnswer> {
-        let value = Value::Number(parameter.value + more);
-        let refused = |message: &str| Ok(Err(format!("{} = {}: {message}", parameter.key, parameter.value + more)));
-        let text = match with_value(&self.source.text, &parameter.key, &value, self.source.registry) {
+    /// Outputs at the end of a step of the scenario with another number at a key.
+    fn changed(&self, key: &str, to: f64, step: usize, names: &[String]) -> Result<Points, NoAnswer> {
+        let refused = |message: &str| Ok(Err(format!("{key} = {to}: {message}")));
+        let text = match with_value(&self.source.text, key, &Value::Number(to), self.source.registry) {
             Ok(text) => text,
             Err(fault) => return refused(&fault.message),
         };
@@ -104,23 +110,21 @@ impl Study<'_> {
     }
 }
 
-/// A parabola through a quantity at −σ, 0 and σ of a parameter, in units of σ.
+/// A parabola through a quantity at −σ, 0 and σ from the mean of a parameter, in units of σ.
 struct Parabola {
+    middle: f64,
     slope: f64,
     bend: f64,
 }
 
 impl Parabola {
-    fn new(below: f64, here: f64, above: f64) -> Self {
-        Self { slope: 0.5 * (above - below), bend: 0.5 * (above - here + (below - here)) }
+    fn new([below, middle, above]: [f64; 3]) -> Self {
+        Self { middle, slope: 0.5 * (above - below), bend: 0.5 * (above - middle + (below - middle)) }
     }
 
-    /// What the tolerance adds to the mean, and the standard deviation that it makes, with the sign of the slope.
-    fn moments(&self, tolerance: &Tolerance, value: f64) -> (f64, f64) {
-        let from_mean = (tolerance.mean - value) / tolerance.deviation;
-        let slope = self.slope + 2.0 * self.bend * from_mean;
-        let shift = self.slope * from_mean + self.bend * (from_mean * from_mean + 1.0);
-        (shift, slope.hypot(self.bend * bend_factor(tolerance)).copysign(slope))
+    /// The mean, and the standard deviation that the tolerance makes, with the sign of the slope.
+    fn moments(&self, tolerance: &Tolerance) -> (f64, f64) {
+        (self.middle + self.bend, self.slope.hypot(self.bend * bend_factor(tolerance)).copysign(self.slope))
     }
 }
 
@@ -129,54 +133,56 @@ fn bend_factor(tolerance: &Tolerance) -> f64 {
     if tolerance.is_uniform { 0.8_f64.sqrt() } else { 2.0_f64.sqrt() }
 }
 
-/// How an output is spread, of which this is the number; `runs`: below and above, for each parameter with a tolerance.
+/// How an output is spread, of which this is the number; `runs`: one standard deviation below the mean, at it and above
+/// it, for each parameter with a tolerance.
 fn spread(
     output: &Output,
     here: Point,
     number: usize,
     parameters: &[Parameter],
-    runs: &[Option<[Points; 2]>],
+    runs: &[Option<[Points; 3]>],
 ) -> Option<Spread> {
     let mut spread = Spread { mean: here.value, ..Spread::default() };
     // Mean and variance of the distance from the limit.
     let mut gap = here.gap.map(|gap| (gap, 0.0));
     let (mut curved, mut others) = (0.0, Vec::new());
     for ((parameter, derivative), runs) in parameters.iter().zip(&output.by).zip(runs) {
-        let (Some(tolerance), Some([below, above])) = (&parameter.tolerance, runs) else {
+        let (Some(tolerance), Some(runs)) = (&parameter.tolerance, runs) else {
             spread.parts.push(0.0);
             continue;
         };
         let key = &parameter.key;
         let by_slope = derivative.value.map(|slope| slope * tolerance.deviation);
         let at = |run: &Points| run.as_ref().ok().and_then(|points| points[number]);
-        let parabola = match at(below).zip(at(above)) {
-            Some((below, above)) => {
-                gap = gap.zip(below.gap.zip(above.gap)).zip(here.gap).map(|(((mean, variance), (a, b)), own)| {
-                    let (shift, part) = Parabola::new(a, own, b).moments(tolerance, parameter.value);
-                    (mean + shift, variance + part * part)
+        let parabola = match runs.each_ref().map(at) {
+            [Some(below), Some(middle), Some(above)] => {
+                let points = [below, middle, above];
+                gap = gap.zip(here.gap).and_then(|((mean, variance), own)| {
+                    let [below, middle, above] = points.map(|point| point.gap);
+                    let (moved, part) = Parabola::new([below?, middle?, above?]).moments(tolerance);
+                    Some((mean + moved - own, variance + part * part))
                 });
-                Parabola::new(below.value, here.value, above.value)
+                Parabola::new(points.map(|point| point.value))
             }
-            None => {
-                let why = [below, above].into_iter().find_map(|run| run.as_ref().err());
+            _ => {
+                let why = runs.iter().find_map(|run| run.as_ref().err());
                 let why = why.cloned().unwrap_or_else(|| format!("{key}: it has no value on one side"));
                 spread.remark.get_or_insert(why);
                 gap = None;
-                Parabola { slope: by_slope?, bend: 0.0 }
+                let slope = by_slope?;
+                let from_value = (tolerance.mean - parameter.value) / tolerance.deviation;
+                Parabola { middle: here.value + slope * from_value, slope, bend: 0.0 }
             }
         };
-        if (tolerance.mean - parameter.value).abs() > tolerance.deviation {
-            spread.remark.get_or_insert_with(|| format!("the mean of {key} is far from its value in the scenario"));
-        }
         let apart = by_slope.is_some_and(|by_slope| {
             (by_slope - parabola.slope).abs() > OTHER_THAN_DERIVATIVE * by_slope.abs().max(parabola.slope.abs())
         });
-        let (shift, part) = parabola.moments(tolerance, parameter.value);
+        let (moved, part) = parabola.moments(tolerance);
         if apart {
             others.push((key, parabola.slope.abs().max(by_slope.unwrap_or(0.0).abs())));
         }
         curved += (parabola.bend * bend_factor(tolerance)).powi(2);
-        spread.mean += shift;
+        spread.mean += moved - here.value;
         spread.parts.push(part);
     }
     let variance: f64 = spread.parts.iter().map(|part| part * part).sum();
