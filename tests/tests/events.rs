@@ -443,8 +443,8 @@ fn a_plug_may_end_less_than_a_radius_within_a_body_that_stands() {
     assert!(verdict == Verdict::Pass && (depth - 0.002).abs() < 1e-9 && limit > depth, "{depth} of {limit}");
 }
 
-/// A force that rises to a fold is largest just before the harness snaps, between two equilibria: 60 increments told the
-/// snap, and passed with 1.05 N of 1.1 N.
+/// A force that rises to a fold is largest just before the harness snaps, between two equilibria: 60 increments told
+/// the snap, and passed with 1.05 N of 1.1 N.
 #[test]
 fn what_is_required_is_checked_where_the_harness_snaps() {
     for increments in [24, 60] {

@@ -406,8 +406,8 @@ fn tolerances_spread_outputs_as_in_random_runs() {
 }
 
 /// The span that is pulled longest changes where the clip is 1 to 2 mm farther than the scenario has it, its mean 1 mm
-/// farther. 600 random runs have a mean of 0.99329; from σ to both sides of the scenario's value it was 0.99010, without
-/// a word. That the spread is one of a kink is told.
+/// farther. 600 random runs have a mean of 0.99329; from σ to both sides of the scenario's value it was 0.99010,
+/// without a word. That the spread is one of a kink is told.
 #[test]
 fn a_tolerance_is_looked_at_around_its_mean() {
     let text = scenario("sweeps/y_tolerances.toml");

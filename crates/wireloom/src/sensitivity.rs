@@ -40,8 +40,8 @@
 //! Where the scenario's sweep spreads a parameter (`mean` and `deviation`, or `from` and `to`), the scenario is also
 //! carried out at its mean and one standard deviation σ to both sides, and an output follows the parabola
 //! `f + a z + b z²` through the three values, z in units of σ from the mean. Parameters add up: the slope a of each
-//! squared plus `2 b²` (normal) or `0.8 b²` (uniform) is its part of the variance. It is told where that may be far off:
-//! where b has a tenth of the variance, a derivative says something else, or a run within σ does not converge.
+//! squared plus `2 b²` (normal) or `0.8 b²` (uniform) is its part of the variance. It is told where that may be far
+//! off: where b has a tenth of the variance, a derivative says something else, or a run within σ does not converge.
 
 mod answer;
 mod differences;
