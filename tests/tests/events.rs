@@ -480,3 +480,34 @@ fn a_jump_is_found_beside_a_long_cable_and_beside_an_added_handle() {
         }
     }
 }
+
+/// The line of the sheet about bodies and held cables in a door of 600 mm whose plug lies 5 mm off its panel, and turns
+/// with it: on the chord of the turn the plug went into the panel.
+#[test]
+fn a_plug_on_a_door_is_not_driven_into_it() {
+    let text = fs::read_to_string(root().join("scenarios/mechanisms/door.toml")).expect("the scenario");
+    for increments in [1, 6] {
+        let run = run(&text.replace("increments = 6", &format!("increments = {increments}")));
+        assert_eq!((driven(&run).0, driven(&run).1), (Verdict::Pass, 0.0), "in {increments} increments");
+    }
+}
+
+/// The straight line from the beginning of the increment to its end goes through the bar.
+#[test]
+fn a_plug_that_is_led_around_a_body_passes() {
+    let bar = "shape = \"box\"\nsize = [0.02, 0.02, 0.02]\nposition = [0.57, 0.05, 0]\n";
+    let go = "increments = 1\n[[steps.move]]\nconstraint = \"B\"\nvia = [[0.53, 0.05, 0]]\n\
+              position = [0.56, 0.09, 0]\n";
+    let run = clipped(bar, go);
+    assert_eq!((run.status(), driven(&run).0), (Status::Converged, Verdict::Pass), "{:?}", driven(&run));
+}
+
+#[test]
+fn a_body_that_goes_through_a_clip_and_back_in_one_increment_fails() {
+    let ball = "shape = \"sphere\"\nradius = 0.0048\nposition = [0.295, 0, 0.05]\n";
+    let go = "increments = 1\n[[steps.move]]\nobstacle = \"ram\"\nvia = [[0.295, 0, -0.0001]]\n\
+              position = [0.295, 0, 0.05]\n";
+    let (verdict, depth, _) = driven(&clipped(ball, go));
+    assert_eq!(verdict, Verdict::Fail);
+    assert!((0.0047..=0.0048).contains(&depth), "its radius less the 0.1 mm: {depth}");
+}

@@ -176,13 +176,16 @@ const ITERATIONS: usize = 200;
 const SMALLEST_PART: f64 = 1e-9;
 
 /// The strain e under a load f: the root of `∂W = f`, by Newton's method on the convex `W − f·e`. A step is taken where
-/// it halves the residual, or else as much of it as lowers the potential enough.
+/// it halves the residual, or else as much of it as lowers the potential enough. NaN where the law has no stiffness on
+/// the way there.
 pub fn strain_under(load: &Vector, law: impl Fn(&Vector) -> Point) -> Vector {
     let mut e = Vector::zeros();
     let mut here = law(&e);
     for _ in 0..ITERATIONS {
         let left = here.gradient - load;
-        let Some(step) = here.hessian.cholesky().map(|factor| factor.solve(&left)) else { break };
+        let Some(step) = here.hessian.cholesky().map(|factor| factor.solve(&left)) else {
+            return if left == Vector::zeros() { e } else { Vector::repeat(f64::NAN) };
+        };
         let (now, slope) = (here.energy - load.dot(&e), left.dot(&step));
         let mut part = 1.0;
         let mut next = law(&(e - step));

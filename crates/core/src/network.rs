@@ -178,7 +178,7 @@ impl Branch {
         self.section.laws.axial.is_some() || self.rod.constitutive().is_some_and(|laws| laws.stretch.is_some())
     }
 
-    /// Whether its moment is not EI κ in bending.
+    /// Whether its moment is EI κ in bending.
     pub fn bends_linearly(&self) -> bool {
         self.section.bends_linearly() && !self.has_own_bending()
     }
@@ -529,7 +529,7 @@ impl Network {
                 if mounting == Mounting::Point && branch.rod.couples_pairs() && mesh.is_fine(segment) {
                     let (second, coupling) = if arm.starts_here { (1, 0) } else { (segment - 1, mesh.frames() - 2) };
                     second_frames.push(branch.frames.start + mesh.segment_frames[second]);
-                    let variation = branch.rod.law().map_or(0.0, |law| law.variation);
+                    let variation = branch.rod.linear_law().map_or(0.0, |law| law.variation);
                     continuations.push(Some(Continuation { length: mesh.coupling_lengths[coupling], variation }));
                 } else {
                     continuations.push(None);

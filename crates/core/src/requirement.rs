@@ -44,7 +44,8 @@ pub enum Measure {
     Deviation,
     /// Distance that a span bridges over its unstressed length.
     Reach,
-    /// Depth to which two cables lie in each other, m.
+    /// Depth to which two cables lie in each other, or to which the centre line of a held cable is driven into a body,
+    /// m.
     Overlap,
     /// Axial force with which a span that is straight and touches nothing is pressed, N.
     Buckling,

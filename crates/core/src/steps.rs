@@ -67,6 +67,11 @@ impl Course {
         Pose { position, orientation: turned * spin }
     }
 
+    /// Fractions of the motion at which it has a corner, its start and end included.
+    pub fn corners(&self) -> impl Iterator<Item = f64> {
+        self.positions.iter().map(|knot| knot.0).chain(self.orientations.iter().map(|knot| knot.0))
+    }
+
     /// Upper bound of the turns from fraction `a` of the motion to fraction `b`: about its axis, plus those between
     /// orientations.
     pub fn turned(&self, a: f64, b: f64) -> f64 {

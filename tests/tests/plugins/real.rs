@@ -100,7 +100,7 @@ fn softening_bundle() -> Checked {
     for node in [0, 25, 50] {
         near("bend radius", number(end, &format!("/branches/cable/bend_radius/{node}")), 0.25, 1e-6)?;
     }
-    // ½ of it is that of a linear cable of EI = 0.0025 N m²; the rest is 0.75 EI κ₀² (√5 − 1) L.
+    // L ½ EI κ² of a linear cable of EI = 0.0025 N m², and 0.75 EI κ₀² (√5 − 1) L.
     let energy = 0.5 * (0.5 * 0.0025 * 16.0 + 0.03 * (5.0_f64.sqrt() - 1.0));
     near("energy", number(end, "/energy/bend"), energy, 1e-6)
 }

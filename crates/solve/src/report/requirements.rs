@@ -3,7 +3,7 @@
 use super::clearance::{self, CablePart, Cables};
 use super::deviation;
 use super::discretisation::NodalErrors;
-use super::driven::Driven;
+use super::driven::{self, Driven};
 use super::lines;
 use super::part::{self, Local, PartOfBranch};
 use super::result;
@@ -40,8 +40,8 @@ pub(crate) struct Equilibrium<'a> {
     pub branches: &'a [BranchResult],
     /// Estimated errors of these results.
     pub errors: &'a [NodalErrors],
-    /// Constraints and bodies that are driven into each other.
-    pub driven: &'a [Driven],
+    /// Constraints and bodies that are driven into each other; `None`: the way here is not known.
+    pub driven: Option<&'a [Driven]>,
     /// Constraints that act, with their indices.
     pub constraints: BTreeMap<usize, &'a ConstraintResult>,
     pub operations: &'a [OperationResult],
@@ -72,7 +72,7 @@ impl<'a> Equilibrium<'a> {
         (state, began): (&State, &State),
         (branches, constraints, operations): Results<'a>,
         (cables, spans): (&'a Cables<'a>, &'a Spans),
-        (errors, driven): (&'a [NodalErrors], &'a [Driven]),
+        (errors, driven): (&'a [NodalErrors], Option<&'a [Driven]>),
         (step, ends_step): (Option<usize>, bool),
     ) -> Self {
         let network = problem.network;
@@ -195,12 +195,15 @@ impl<'a> Equilibrium<'a> {
                 }
             }
             Measure::Overlap => {
-                for driven in self.driven.iter().filter(|driven| driven.constraint == f) {
+                let Some(all) = self.driven.filter(|_| driven::holds_a_place(&self.network.constraints[f])) else {
+                    return;
+                };
+                for driven in all.iter().filter(|driven| driven.constraint == f) {
                     let obstacle = Some(self.network.obstacles[driven.obstacle].name.clone());
                     let found_here = at(driven.depth, EventPlace { obstacle, ..place() });
                     found.push(Found { limit: Some(driven.allowed), error: Some(0.0), ..found_here });
                 }
-                // A body that is not driven into it lies in it by nothing.
+                // No other body is driven into it.
                 let radius = 0.5 * self.network.diameter_at(self.network.constraints[f].place);
                 found.push(Found { limit: Some(radius), error: Some(0.0), ..at(0.0, EventPlace::default()) });
             }

@@ -2,9 +2,11 @@
 
 use super::driver::{Driver, is_balanced};
 use crate::report::clearance::Cables;
+use crate::report::driven::{self, Driven, Places};
 use crate::report::passage::Passage;
 use crate::report::spans::Spans;
-use crate::report::{self, Occurrence, TwistMonitor, driven, events, result};
+use crate::report::time_error::TimeError;
+use crate::report::{self, Occurrence, TwistMonitor, events, result};
 use crate::steps::certificate::Grade;
 use crate::steps::operations;
 use crate::steps::plan::Plan;
@@ -15,7 +17,7 @@ use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
-use wireloom_core::{EventKind, EventPlace, Moment};
+use wireloom_core::{EventKind, EventPlace, Moment, Problem};
 
 /// An increment that fails is halved, its halves likewise, up to this many times.
 const CUT_BACKS: u32 = 4;
@@ -31,6 +33,13 @@ const SAME_FRACTION: f64 = 1e-9;
 /// Largest number of turns that a constraint or a body makes in one part: half a turn would be the same in either
 /// sense.
 const LARGEST_TURNS: f64 = 0.2;
+/// Number of moments at which bodies and held places are looked at between two corners, or in a part of them in which
+/// nothing makes more than [`LOOKED_AT_TURNS`].
+const LOOKS: f64 = 3.0;
+/// See [`LOOKS`].
+const LOOKED_AT_TURNS: f64 = 1.0 / 24.0;
+/// Largest number of them between two corners.
+const MOST_LOOKS: f64 = 1000.0;
 
 impl Driver<'_, '_> {
     /// Adds and releases the constraints of a step, and plans its motions.
@@ -116,7 +125,7 @@ impl Driver<'_, '_> {
     fn solve_increment(&mut self, plan: &Plan, a: f64, b: f64) -> Grade {
         self.began.copy_from(&self.state);
         self.driven.clear();
-        let before = self.problem.conditions().clone();
+        let (before, time_errors) = (self.problem.conditions().clone(), self.time_errors.clone());
         let at_first = plan.takes_time().then(|| self.results_of_branches());
         let (status, snapped) = self.reach(plan, a, b);
         if self.smallest_part < 1.0 {
@@ -140,11 +149,11 @@ impl Driver<'_, '_> {
             }
             self.problem.commit_rods_and_joints(&self.state);
             self.problem.sum_dissipated(&before);
-            self.driven = driven::driven(&self.problem, &before);
+            self.driven = self.driven_on(plan, [a, b], &before);
             for driven in &self.driven {
                 self.log.raise(events::driven_into_body(self.problem.network, driven));
             }
-            self.log_jump(plan, [a, b], &before, snapped);
+            self.log_jump(plan, [a, b], (&before, &time_errors), snapped);
         }
         status
     }
@@ -174,19 +183,54 @@ impl Driver<'_, '_> {
     }
 
     /// Logs a jump in the increment that has ended in balance: one that moved far and out of proportion is looked into.
-    fn log_jump(&mut self, plan: &Plan, fractions: [f64; 2], before: &Conditions, snapped: bool) {
+    fn log_jump(
+        &mut self,
+        plan: &Plan,
+        fractions: [f64; 2],
+        (before, time_errors): (&Conditions, &[TimeError]),
+        snapped: bool,
+    ) {
         let (moved, length) = result::farthest_branch(self.problem.network, &self.began, &self.state);
         let conditions = self.problem.conditions();
         let given = events::prescribed(&conditions.active, &before.targets, &conditions.targets);
         // A cable that ran out of a constraint has an event of its own.
         let previous = self.previous_move.filter(|_| conditions.active == before.active);
         let far = events::is_out_of_proportion(moved, previous, given, [length, self.problem.scales().length]);
-        let jump = if far || snapped { self.find_jump(plan, fractions, before) } else { None };
+        let jump = if far || snapped { self.find_jump(plan, fractions, (before, time_errors)) } else { None };
         match jump.or_else(|| snapped.then(|| events::jump_unseen(moved))) {
             // The next jump is not to be measured by this one.
             Some(jump) => self.log.raise(jump),
             None => self.previous_move = Some(moved),
         }
+    }
+
+    /// Constraints and bodies that are driven into each other between two fractions of a plan, which began under the
+    /// conditions `before`.
+    fn driven_on(&self, plan: &Plan, [a, b]: [f64; 2], before: &Conditions) -> Vec<Driven> {
+        let network = self.problem.network;
+        if network.obstacles.is_empty() {
+            return Vec::new();
+        }
+        let mut trial = Problem::new(network, before.clone());
+        let mut way = Vec::new();
+        let corners = plan.corners.iter().copied().chain(plan.obstacle_corners());
+        let inside = corners.filter(|t| a + SAME_FRACTION < *t && *t < b - SAME_FRACTION);
+        let mut ends: Vec<f64> = inside.chain([b]).collect();
+        ends.sort_by(f64::total_cmp);
+        ends.dedup_by(|next, last| *next - *last < SAME_FRACTION);
+        let mut from = a;
+        for to in ends {
+            let parts = (LOOKS * plan.parts(network, from, to, LOOKED_AT_TURNS)).min(MOST_LOOKS) as usize;
+            let mut stretch = vec![Places::of(trial.conditions())];
+            for k in 1..=parts {
+                plan.apply(&mut trial, if k == parts { to } else { from + (to - from) * (k as f64 / parts as f64) });
+                stretch.push(Places::of(trial.conditions()));
+            }
+            way.push(stretch);
+            from = to;
+        }
+        let now = self.problem.conditions();
+        driven::driven(network, |f| before.active[f] && now.active[f], &way)
     }
 
     /// Logs cables that have passed through themselves since `before`, in steps with prescribed turns.

@@ -13,8 +13,9 @@ use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
 use std::time::Instant;
 use wireloom_core::conditions::Conditions;
-use wireloom_core::equilibrium::{RequirementResult, StepResult};
+use wireloom_core::equilibrium::{RequirementResult, StepResult, Violation};
 use wireloom_core::minimiser::{Minimiser, Stop};
+use wireloom_core::requirement::Measure;
 use wireloom_core::status::Status;
 use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Event, Monitor, Network, Pose};
@@ -264,7 +265,10 @@ impl InteractiveDriver {
         let cables = Cables::new(network, &end.branches);
         let spans = Spans::new(&driver.problem, &driver.state);
         driver.check_at_end(end, (&cables, &spans), true);
-        end.violations = driver.log.violations().to_vec();
+        // What was driven into each other belongs to the way of the increment.
+        let on_the_way = |own: &Violation| own.measure == Measure::Overlap && own.place.constraint.is_some();
+        end.violations.retain(on_the_way);
+        end.violations.splice(0..0, driver.log.violations().iter().cloned());
         let requirements = driver.log.sheet.lines(network, end.status);
         let (log, certifier) = (driver.log, driver.certifier);
         self.certifier = Some((network.id, certifier));

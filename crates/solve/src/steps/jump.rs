@@ -10,6 +10,7 @@
 //! equilibrium before it, too.
 
 use super::driver::{Driver, is_balanced};
+use crate::report::time_error::TimeError;
 use crate::report::{Occurrence, result};
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::Plan;
@@ -24,13 +25,23 @@ const HALVINGS: i32 = 9;
 const AT_ONCE: f64 = 0.25;
 
 impl Driver<'_, '_> {
-    /// The jump in an increment from one fraction of a plan to another, which began under the conditions `before` and
-    /// has ended at an equilibrium; `None` if the way there is continuous, or was not found again. Of several jumps it
+    /// The jump in an increment from one fraction of a plan to another, which began under the conditions `before`, with
+    /// these errors by parts of time, and has ended at an equilibrium; `None` if the way there is continuous, or was not found again. Of several jumps it
     /// is the longest.
-    pub(super) fn find_jump(&mut self, plan: &Plan, [a, b]: [f64; 2], before: &Conditions) -> Option<Occurrence> {
+    pub(super) fn find_jump(
+        &mut self,
+        plan: &Plan,
+        [a, b]: [f64; 2],
+        (before, time_errors): (&Conditions, &[TimeError]),
+    ) -> Option<Occurrence> {
         let least = AT_ONCE * result::farthest(&self.began, &self.state);
         let now = self.snapshot((0, 0), None, 0.0);
-        let mut lower = Checkpoint { conditions: before.clone(), state: self.began.clone(), ..now };
+        let mut lower = Checkpoint {
+            conditions: before.clone(),
+            state: self.began.clone(),
+            time_errors: time_errors.to_vec(),
+            ..now
+        };
         let mut upper = self.state.clone();
         let (mut from, mut to, mut moved) = (a, b, f64::INFINITY);
         let (network, stop, monitor) = (self.problem.network, self.stop, self.problem.monitor.clone());

@@ -563,7 +563,7 @@ fn sheet_of(
     let spans = Spans::new(problem, state);
     let results = (&end.branches[..], &end.constraints[..], &[][..]);
     let at = (Some(moment.step_index), ends_step);
-    let equilibrium = Equilibrium::new(problem, (state, state), results, (&cables, &spans), (&errors, &[]), at);
+    let equilibrium = Equilibrium::new(problem, (state, state), results, (&cables, &spans), (&errors, None), at);
     // Which place is the worst must not depend on estimates of its error.
     let certain = |found: Vec<Found>| found.into_iter().map(|found| Found { error: None, ..found }).collect();
     let found = network.requirements.iter().map(|requirement| certain(equilibrium.values(requirement))).collect();

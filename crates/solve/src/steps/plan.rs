@@ -89,6 +89,11 @@ impl Plan {
         Self { begun, ..self }
     }
 
+    /// Fractions of the step at which the way of an obstacle that moves by itself has a corner.
+    pub fn obstacle_corners(&self) -> impl Iterator<Item = f64> {
+        self.obstacles.iter().flat_map(|(_, course)| course.corners())
+    }
+
     /// Whether an obstacle moves.
     pub fn moves_obstacles(&self, network: &Network) -> bool {
         !self.obstacles.is_empty() || network.obstacles.iter().any(|obstacle| drives(&self.drives, obstacle.mount))

@@ -158,7 +158,7 @@ impl Driver<'_, '_> {
         let step = ((!self.starting).then(|| self.log.now().step_index), ends_step);
         let states = (&self.state, &self.began);
         let errors = self.all_errors();
-        let found = (&errors[..], &self.driven[..]);
+        let found = (&errors[..], Some(&self.driven[..]));
         let equilibrium = Equilibrium::new(&mut self.problem, states, results, measured, found, step);
         let values = |own: &Requirement| if counts(own) { equilibrium.values(own) } else { Vec::new() };
         let found = requirements.iter().map(values).collect();

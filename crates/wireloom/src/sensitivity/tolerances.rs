@@ -166,7 +166,8 @@ fn spread(
             }
             _ => {
                 let why = runs.iter().find_map(|run| run.as_ref().err());
-                let why = why.cloned().unwrap_or_else(|| format!("{key}: it has no value on one side"));
+                let why =
+                    why.cloned().unwrap_or_else(|| format!("{key}: it has no value at its mean or on one side of it"));
                 spread.remark.get_or_insert(why);
                 gap = None;
                 let slope = by_slope?;
