@@ -1,8 +1,8 @@
 //! The sheet of a run: the worst value of every requirement so far.
 //!
 //! Every requirement is checked at the end of every increment, and at every equilibrium on the way through one: where a
-//! path has a corner or turns are resolved in parts, where a value changes fast ([`Sheet::parts`]), before a jump, and where a
-//! cable may come nearer to an obstacle in between than at both ends ([`super::passage`]).
+//! path has a corner or turns are resolved in parts, where a value changes fast ([`Sheet::parts`]), before a jump,
+//! and where a cable may come nearer to an obstacle in between than at both ends ([`super::passage`]).
 
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::RequirementResult;

@@ -26,8 +26,8 @@ const AT_ONCE: f64 = 0.25;
 
 impl Driver<'_, '_> {
     /// The jump in an increment from one fraction of a plan to another, which began under the conditions `before`, with
-    /// these errors by parts of time, and has ended at an equilibrium; `None` if the way there is continuous, or was not found again. Of several jumps it
-    /// is the longest.
+    /// these errors by parts of time, and has ended at an equilibrium; `None` if the way there is continuous, or was
+    /// not found again. Of several jumps it is the longest.
     pub(super) fn find_jump(
         &mut self,
         plan: &Plan,
