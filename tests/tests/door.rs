@@ -23,7 +23,8 @@ fn line<'r>(run: &'r Run, name: &str, measure: Measure) -> &'r RequirementResult
     found.unwrap_or_else(|| panic!("no line {name} in {:?}", run.requirements))
 }
 
-/// The end state keeps every limit. In the steps before it the tube is bent too tightly and touches the trim.
+/// The end state keeps every limit. On the way to it the tube is bent too tightly, most just before its loop snaps in the
+/// last step, and touches the trim.
 #[test]
 fn the_sheet_of_the_door_fails_in_middle_steps_though_its_end_is_fine() {
     let run = run(&text(), &[]);
@@ -34,7 +35,7 @@ fn the_sheet_of_the_door_fails_in_middle_steps_though_its_end_is_fine() {
     };
     let (bend, trim) =
         (line(&run, "tube", Measure::BendRadius), line(&run, "loop clear of the trim", Measure::Clearance));
-    assert_eq!(at(bend), (Verdict::Fail, "shut".into(), Some("loop".into()), None));
+    assert_eq!(at(bend), (Verdict::Fail, "open 70".into(), Some("loop".into()), None));
     // It lies against the trim in several steps: which one is the worst is decided by the tolerance of contact.
     let (verdict, _, branch, obstacle) = at(trim);
     assert_eq!((verdict, branch, obstacle), (Verdict::Fail, Some("loop".into()), Some("kick panel".into())));
