@@ -23,8 +23,8 @@ fn line<'r>(run: &'r Run, name: &str, measure: Measure) -> &'r RequirementResult
     found.unwrap_or_else(|| panic!("no line {name} in {:?}", run.requirements))
 }
 
-/// The end state keeps every limit. On the way to it the tube is bent too tightly, most just before its loop snaps in the
-/// last step, and touches the trim.
+/// The end state keeps every limit. On the way to it the tube is bent too tightly, most just before its loop snaps in
+/// the last step, and touches the trim.
 #[test]
 fn the_sheet_of_the_door_fails_in_middle_steps_though_its_end_is_fine() {
     let run = run(&text(), &[]);
