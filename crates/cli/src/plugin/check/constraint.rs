@@ -1,7 +1,6 @@
 //! Tests of constraints.
 
-use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_numeric, leaks, parameters};
-use std::time::Instant;
+use super::trial::{CYCLES, Trial, Verdict, conformance, floating_point, leaks, parameters, threads, time};
 use wireloom::geometry::{Matrix, Pose, Vector};
 use wireloom::parts::{
     Action, Constraint, ConstraintKind, ConstraintSpec, ConstraintView, Form, Parameters, SpanSpec, SpanUse,
@@ -35,19 +34,7 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
     let subject = std::rc::Rc::new(subject);
     for (name, check) in listed {
         let subject = subject.clone();
-        let numeric = is_numeric(&kind.name, name);
-        all.push((
-            name.replace('_', " "),
-            Box::new(move || {
-                if numeric {
-                    return Ok("not tested: the program computes them numerically, \
-                               which is slower and less exact than derivatives of the plugin"
-                        .into());
-                }
-                check(&subject);
-                Ok("ok".into())
-            }),
-        ));
+        all.push(conformance(&kind.name, name, move || check(&subject)));
     }
     let maker = make.clone();
     all.push((
@@ -59,13 +46,20 @@ pub fn trials(kind: &ConstraintKind) -> Vec<Trial<'_>> {
         Box::new(move || extreme_parameters(kind, stations, nodes)),
     ));
     let maker = make.clone();
-    all.push(("same numbers on several threads".into(), Box::new(move || threads(maker().as_ref(), stations, nodes))));
+    all.push((
+        "same numbers on several threads".into(),
+        Box::new(move || same_on_threads(maker().as_ref(), stations, nodes)),
+    ));
     let maker = make.clone();
     all.push((
         format!("no loss of memory, {CYCLES} times"),
         Box::new(move || leaks(|| drop(evaluate(maker().as_ref(), stations, nodes, 0.01)))),
     ));
-    all.push(("time of an evaluation".into(), Box::new(move || time(make().as_ref(), stations, nodes))));
+    let evaluation = move || {
+        let constraint = make();
+        time(|| evaluate(constraint.as_ref(), stations, nodes, 0.01), "values and derivatives")
+    };
+    all.push(("time of an evaluation".into(), Box::new(evaluation)));
     all.push(floating_point(""));
     all
 }
@@ -194,27 +188,6 @@ fn extreme_parameters(kind: &ConstraintKind, stations: usize, nodes: usize) -> V
     Ok(format!("ok ({tried} values)"))
 }
 
-fn threads(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdict {
-    let (threads, times) = THREADS;
-    let place = |k: usize| 0.01 * (k % 7) as f64;
-    let want: Vec<Vec<u64>> = (0..7).map(|k| evaluate(constraint, stations, nodes, place(k))).collect();
-    let same = std::thread::scope(|scope| {
-        let all: Vec<_> = (0..threads)
-            .map(|_| scope.spawn(|| (0..times).all(|k| evaluate(constraint, stations, nodes, place(k)) == want[k % 7])))
-            .collect();
-        all.into_iter().all(|thread| thread.join().unwrap_or(false))
-    });
-    match constraint.fault() {
-        Some(fault) => Err(fault),
-        None if same => Ok("ok".into()),
-        None => {
-            Err(format!("{threads} concurrent threads do not get the same numbers as one: leave `thread_safe` at 0"))
-        }
-    }
-}
-
-fn time(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdict {
-    let clock = Instant::now();
-    (0..TIMED).for_each(|_| drop(evaluate(constraint, stations, nodes, 0.01)));
-    Ok(format!("{:.2} µs for all values and derivatives", clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)))
+fn same_on_threads(constraint: &dyn Constraint, stations: usize, nodes: usize) -> Verdict {
+    threads(|k| evaluate(constraint, stations, nodes, 0.01 * k), || constraint.fault())
 }

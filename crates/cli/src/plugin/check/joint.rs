@@ -1,11 +1,10 @@
 //! Tests of joint models.
 
-use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_numeric, leaks, parameters};
-use std::time::Instant;
+use super::trial::{CYCLES, Trial, Verdict, conformance, floating_point, is_numeric, leaks, parameters, threads, time};
 use wireloom::geometry::{Matrix, Rotation, Vector, frame_from};
-use wireloom::harness::Section;
 use wireloom::parts::{Arm, ArmSpring, JointKind, JointModel, JointShape, JointSpec, Mounting};
 use wireloom::testing::conformance::joint::{CHECKS, Subject};
+use wireloom::testing::conformance::rod::section;
 
 /// Arms of the joint for timing and invalid input.
 const ARMS: usize = 3;
@@ -29,31 +28,26 @@ pub fn trials(kind: &JointKind) -> Vec<Trial<'_>> {
     let make = move |spec: JointSpec| make(spec).unwrap_or_else(|why| panic!("{why}"));
     let differences = is_numeric(&kind.name, "gradient_is_the_derivative_of_the_energy");
     for (name, check) in CHECKS {
-        let (make, numeric) = (make.clone(), is_numeric(&kind.name, name));
-        all.push((
-            name.replace('_', " "),
-            Box::new(move || {
-                if numeric {
-                    return Ok("not tested: the program computes them numerically, \
-                               which is slower and less exact than derivatives of the plugin"
-                        .into());
-                }
-                let subject = Subject::new(make);
-                check(&if differences { subject.with_round_off(OF_DIFFERENCES) } else { subject });
-                Ok("ok".into())
-            }),
-        ));
+        let make = make.clone();
+        all.push(conformance(&kind.name, name, move || {
+            let subject = Subject::new(make);
+            check(&if differences { subject.with_round_off(OF_DIFFERENCES) } else { subject });
+        }));
     }
     let maker = make.clone();
     all.push(("no crash with input that is not finite".into(), Box::new(move || invalid_input(&maker))));
     let maker = make.clone();
-    all.push(("same numbers on several threads".into(), Box::new(move || threads(maker(spec()).as_ref()))));
+    all.push(("same numbers on several threads".into(), Box::new(move || same_on_threads(maker(spec()).as_ref()))));
     let maker = make.clone();
     all.push((
         format!("no loss of memory, {CYCLES} times"),
         Box::new(move || leaks(|| drop(evaluate(maker(spec()).as_ref(), 0.1)))),
     ));
-    all.push(("time of an evaluation".into(), Box::new(move || time(make(spec()).as_ref()))));
+    let evaluation = move || {
+        let joint = make(spec());
+        time(|| evaluate(joint.as_ref(), 0.1), &format!("values and derivatives of {ARMS} arms"))
+    };
+    all.push(("time of an evaluation".into(), Box::new(evaluation)));
     all.push(floating_point(""));
     all
 }
@@ -77,24 +71,7 @@ fn spec() -> JointSpec {
             starts_here: true,
             rest: frame_from(&direction, &Vector::z()).expect("not along z"),
             offset: Vector::zeros(),
-            section: Section {
-                name: "cable".into(),
-                diameter: 0.006,
-                linear_density: 0.05,
-                axial_stiffness: 1e4,
-                shear_stiffness: [4e3; 2],
-                bending_stiffness: [0.01; 2],
-                torsion_stiffness: 0.008,
-                min_bend_radius: None,
-                min_bend_radius_moving: None,
-                max_tension: None,
-                max_torsion: None,
-                thermal_expansion: 0.0,
-                thermal_curvature: Vector::zeros(),
-                friction: Default::default(),
-                set: None,
-                laws: Default::default(),
-            },
+            section: section(),
             segment_length: 0.01,
             length: 1.0,
             curvature: Vector::zeros(),
@@ -132,29 +109,6 @@ fn invalid_input(make: &dyn Fn(JointSpec) -> Box<dyn JointModel>) -> Verdict {
     Ok("ok".into())
 }
 
-fn threads(joint: &dyn JointModel) -> Verdict {
-    let (threads, times) = THREADS;
-    let turn = |k: usize| 0.1 * (k % 7) as f64;
-    let want: Vec<Vec<u64>> = (0..7).map(|k| evaluate(joint, turn(k))).collect();
-    let same = std::thread::scope(|scope| {
-        let all: Vec<_> =
-            (0..threads).map(|_| scope.spawn(|| (0..times).all(|k| evaluate(joint, turn(k)) == want[k % 7]))).collect();
-        all.into_iter().all(|thread| thread.join().unwrap_or(false))
-    });
-    match joint.fault() {
-        Some(fault) => Err(fault),
-        None if same => Ok("ok".into()),
-        None => {
-            Err(format!("{threads} concurrent threads do not get the same numbers as one: leave `thread_safe` at 0"))
-        }
-    }
-}
-
-fn time(joint: &dyn JointModel) -> Verdict {
-    let clock = Instant::now();
-    (0..TIMED).for_each(|_| drop(evaluate(joint, 0.1)));
-    Ok(format!(
-        "{:.2} µs for all values and derivatives of {ARMS} arms",
-        clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)
-    ))
+fn same_on_threads(joint: &dyn JointModel) -> Verdict {
+    threads(|k| evaluate(joint, 0.1 * k), || joint.fault())
 }

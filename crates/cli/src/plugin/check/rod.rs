@@ -1,7 +1,6 @@
 //! Tests of rods.
 
-use super::trial::{CYCLES, THREADS, TIMED, Trial, Verdict, floating_point, is_numeric, leaks, parameters};
-use std::time::Instant;
+use super::trial::{CYCLES, Trial, Verdict, conformance, floating_point, leaks, parameters, threads, time};
 use wireloom::geometry::{Matrix, Vector};
 use wireloom::harness::Mesh;
 use wireloom::parts::{ConstitutiveLaw, ConstitutiveLaws, Response, RodKind, RodSegment, RodSpec};
@@ -26,30 +25,23 @@ pub fn trials(kind: &RodKind) -> Vec<Trial<'_>> {
     }
     let make = move |spec: RodSpec| make(spec).unwrap_or_else(|why| panic!("{why}"));
     for (name, check) in CHECKS {
-        let (make, numeric) = (make.clone(), is_numeric(&kind.name, name));
-        all.push((
-            name.replace('_', " "),
-            Box::new(move || {
-                if numeric {
-                    return Ok("not tested: the program computes them numerically, \
-                               which is slower and less exact than derivatives of the plugin"
-                        .into());
-                }
-                check(&make);
-                Ok("ok".into())
-            }),
-        ));
+        let make = make.clone();
+        all.push(conformance(&kind.name, name, move || check(&make)));
     }
     let maker = make.clone();
     all.push(("no crash with strains from nothing to far beyond any cable".into(), Box::new(move || extremes(&maker))));
     let maker = make.clone();
-    all.push(("same numbers on several threads".into(), Box::new(move || threads(maker(branch()).as_ref()))));
+    all.push(("same numbers on several threads".into(), Box::new(move || same_on_threads(maker(branch()).as_ref()))));
     let maker = make.clone();
     all.push((
         format!("no loss of memory, {CYCLES} times"),
         Box::new(move || leaks(|| drop(answers(maker(branch()).as_ref(), 0.1)))),
     ));
-    all.push(("time of an evaluation".into(), Box::new(move || time(make(branch()).as_ref()))));
+    let evaluate = move || {
+        let rod = make(branch());
+        time(|| answers(rod.as_ref(), 0.01), &format!("energies and derivatives of {SEGMENTS} segments"))
+    };
+    all.push(("time of an evaluation".into(), Box::new(evaluate)));
     all.push(floating_point(""));
     all
 }
@@ -102,29 +94,6 @@ fn extremes(make: &dyn Fn(RodSpec) -> Box<dyn RodSegment>) -> Verdict {
     Ok("ok".into())
 }
 
-fn threads(rod: &dyn RodSegment) -> Verdict {
-    let (threads, times) = THREADS;
-    let size = |k: usize| 0.01 * (k % 7) as f64;
-    let want: Vec<Vec<u64>> = (0..7).map(|k| answers(rod, size(k))).collect();
-    let same = std::thread::scope(|scope| {
-        let all: Vec<_> =
-            (0..threads).map(|_| scope.spawn(|| (0..times).all(|k| answers(rod, size(k)) == want[k % 7]))).collect();
-        all.into_iter().all(|thread| thread.join().unwrap_or(false))
-    });
-    match laws(rod).fault() {
-        Some(fault) => Err(fault),
-        None if same => Ok("ok".into()),
-        None => {
-            Err(format!("{threads} concurrent threads do not get the same numbers as one: leave `thread_safe` at 0"))
-        }
-    }
-}
-
-fn time(rod: &dyn RodSegment) -> Verdict {
-    let clock = Instant::now();
-    (0..TIMED).for_each(|_| drop(answers(rod, 0.01)));
-    Ok(format!(
-        "{:.2} µs for all energies and derivatives of {SEGMENTS} segments",
-        clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)
-    ))
+fn same_on_threads(rod: &dyn RodSegment) -> Verdict {
+    threads(|k| answers(rod, 0.01 * k), || laws(rod).fault())
 }

@@ -1,5 +1,6 @@
 //! A test of a kind, and what all tests share.
 
+use std::time::Instant;
 use wireloom::geometry::Vector;
 use wireloom::parts::{Form, Parameter, Parameters, Value};
 use wireloom::plugins::{floating_point_changes, numeric_derivatives};
@@ -9,9 +10,9 @@ pub const CYCLES: usize = 10_000;
 /// Largest loss of memory for each, bytes: the system counts memory in pages.
 const LEFT_BEHIND: f64 = 16.0;
 /// Number of timed evaluations.
-pub const TIMED: u32 = 10_000;
+const TIMED: u32 = 10_000;
 /// Number of concurrent threads, and evaluations of each.
-pub const THREADS: (usize, usize) = (4, 500);
+const THREADS: (usize, usize) = (4, 500);
 
 pub type Verdict = Result<String, String>;
 
@@ -46,6 +47,46 @@ pub fn is_numeric(kind: &str, test: &str) -> bool {
     let of_kind = |words: &&String| words.starts_with(&format!("kind `{kind}` "));
     let no_first = |words: &String| words.contains("gradient and Hessian are") || words.contains("the Jacobian is");
     numeric_derivatives().iter().filter(of_kind).any(|words| second || first && no_first(words))
+}
+
+/// A test of the conformance suite by its name; one of derivatives that the program computes is left out.
+pub fn conformance<'k>(kind: &str, name: &str, check: impl FnOnce() + 'k) -> Trial<'k> {
+    let numeric = is_numeric(kind, name);
+    let verdict = move || {
+        if numeric {
+            return Ok("not tested: the program computes them numerically, which is slower and less exact than \
+                       derivatives of the plugin"
+                .into());
+        }
+        check();
+        Ok("ok".into())
+    };
+    (name.replace('_', " "), Box::new(verdict))
+}
+
+/// Whether several threads that evaluate at once, each with the arguments 0 to 6, get the same numbers as one.
+pub fn threads(evaluate: impl Fn(f64) -> Vec<u64> + Sync, fault: impl FnOnce() -> Option<String>) -> Verdict {
+    let (threads, times) = THREADS;
+    let at = |k: usize| evaluate((k % 7) as f64);
+    let want: Vec<Vec<u64>> = (0..7).map(at).collect();
+    let same = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads).map(|_| scope.spawn(|| (0..times).all(|k| at(k) == want[k % 7]))).collect();
+        all.into_iter().all(|thread| thread.join().unwrap_or(false))
+    });
+    match fault() {
+        Some(fault) => Err(fault),
+        None if same => Ok("ok".into()),
+        None => {
+            Err(format!("{threads} concurrent threads do not get the same numbers as one: leave `thread_safe` at 0"))
+        }
+    }
+}
+
+/// Time of an evaluation of all that `what` says.
+pub fn time(evaluate: impl Fn() -> Vec<u64>, what: &str) -> Verdict {
+    let clock = Instant::now();
+    (0..TIMED).for_each(|_| drop(evaluate()));
+    Ok(format!("{:.2} µs for all {what}", clock.elapsed().as_secs_f64() * 1e6 / f64::from(TIMED)))
 }
 
 /// Whether no call since the last of these tests changed the control of the floating-point unit.
