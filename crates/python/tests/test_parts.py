@@ -1,7 +1,10 @@
 """Constraints and joint models written in Python."""
 
+import gc
 import pickle
+import sys
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -333,6 +336,33 @@ def test_sessions_copies_and_pickles_have_the_parts() -> None:
         after = session.move("pull", position=[0.4, 0.0, 0.5]).constraints["pull"].force
         assert after[2] > before[2]
         assert session.scenario.run().status == "converged"
+
+
+def test_threads_that_read_the_source_of_a_class_at_once_all_get_it() -> None:
+    alone = Tether._origin()
+    found: list[tuple[str, str, str]] = []
+
+    def look(depth: int) -> None:
+        # CPython mixes up how deep the calls of the threads are nested, so each thread nests them differently.
+        if depth > 0:
+            look(depth - 1)
+        else:
+            found.extend(Tether._origin() for _ in range(100))
+
+    work = [threading.Thread(target=look, args=(10 * thread,)) for thread in range(4)]
+    # A callback of the garbage collector is where a thread lets another one in while it parses.
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    gc.callbacks.append(let_another_in := lambda *_: time.sleep(0.0))
+    try:
+        for thread in work:
+            thread.start()
+        for thread in work:
+            thread.join(60)
+    finally:
+        gc.callbacks.remove(let_another_in)
+        sys.setswitchinterval(interval)
+    assert found == [alone] * 400
 
 
 def test_runs_in_threads_do_not_wait_for_each_other_forever() -> None:

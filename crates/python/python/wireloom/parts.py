@@ -36,6 +36,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import marshal
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
@@ -195,6 +196,11 @@ class View:
     """What it remembers: (k,)."""
 
 
+# `inspect.getsource` of a class fails now and then where two threads call it at once
+# (https://github.com/python/cpython/issues/106905).
+_one_reads_source = threading.Lock()
+
+
 class _Base:
     """What constraints and joints share."""
 
@@ -224,7 +230,8 @@ class _Base:
         """Class, file and SHA-256 of its source."""
         try:
             file = inspect.getsourcefile(cls) or "?"
-            source = inspect.getsource(cls).encode()
+            with _one_reads_source:
+                source = inspect.getsource(cls).encode()
         except (OSError, TypeError):
             # Typed in, so that no source is kept: what was compiled of it.
             file = "<typed in>"
