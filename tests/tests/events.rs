@@ -444,17 +444,17 @@ fn a_plug_may_end_less_than_a_radius_within_a_body_that_stands() {
 }
 
 /// A force that rises to a fold is largest just before the harness snaps, between two equilibria: 60 increments told
-/// the snap, and passed with 1.05 N of 1.1 N.
+/// the snap, and passed with 1.05 N of 1.1 N; 6, in which all moves are long, did not even tell it.
 #[test]
 fn what_is_required_is_checked_where_the_harness_snaps() {
-    for increments in [24, 60] {
+    for increments in [4, 6, 24, 60] {
         let text = include_str!("events/fold.toml");
         let run = run(&text.replace("increments = 60", &format!("increments = {increments}")));
         let line = run.requirements.iter().find(|line| line.name == "plug-B holds").expect("a line");
         let worst = line.worst.expect("a force");
-        // 960 increments have 1.2012 N. The last part of an increment is a 512th: the force there lacks the root of
-        // that.
-        assert!((worst - 1.2012).abs() < 0.01, "{worst} N in {increments} increments");
+        // 960 increments have 1.2012 N. The last part of an increment is a 512th: the force there lacks what goes as
+        // the root of that.
+        assert!((worst - 1.2012).abs() < 0.055 / f64::from(increments).sqrt(), "{worst} N in {increments} increments");
         assert_eq!((line.verdict, of(&run, EventKind::Jump).len()), (Verdict::Fail, 1), "in {increments}");
     }
 }

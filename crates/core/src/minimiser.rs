@@ -35,12 +35,22 @@ pub struct Report {
     pub evaluations: usize,
     /// Largest residual relative to the scales.
     pub residual: f64,
+    /// Whether the energy was convex at every state on the way; `false` also where that is not known.
+    pub convex: bool,
 }
 
 impl Report {
     /// Report of a minimiser before its first iteration.
     pub fn begun(status: Status) -> Self {
-        Self { status, iterations: 0, polish: 0, factorisations: 0, evaluations: 0, residual: f64::INFINITY }
+        Self {
+            status,
+            iterations: 0,
+            polish: 0,
+            factorisations: 0,
+            evaluations: 0,
+            residual: f64::INFINITY,
+            convex: false,
+        }
     }
 }
 

@@ -218,6 +218,7 @@ impl GpuMinimiser {
             factorisations: control.factorisations as usize,
             evaluations: control.evaluations as usize,
             residual,
+            convex: false,
         })
     }
 }
@@ -271,6 +272,7 @@ impl Minimiser for GpuMinimiser {
                 factorisations: report.factorisations + polish.factorisations,
                 evaluations: report.evaluations + polish.evaluations,
                 residual: polish.residual,
+                convex: report.convex && polish.convex,
             };
         }
         report

@@ -97,7 +97,7 @@ impl Minimiser for Idle {
     }
     fn forget(&mut self) {}
     fn minimise(&mut self, _: &mut Problem<'_>, _: &mut State, _: &Stop) -> Report {
-        Report { status: Status::Failed, iterations: 0, polish: 0, factorisations: 0, evaluations: 0, residual: 0.0 }
+        Report { residual: 0.0, ..Report::begun(Status::Failed) }
     }
 }
 

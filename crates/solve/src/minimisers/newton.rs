@@ -120,6 +120,8 @@ struct Workspace {
     condensed_force: f64,
     factorisations: usize,
     evaluations: usize,
+    /// Whether the second derivatives were positive definite wherever they were evaluated.
+    convex: bool,
 }
 
 impl Workspace {
@@ -154,6 +156,7 @@ impl Workspace {
             condensed_force: 0.0,
             factorisations: 0,
             evaluations: 0,
+            convex: true,
         })
     }
 
@@ -176,6 +179,7 @@ impl Workspace {
         problem.hessian(state, mixed.then_some(self.forces.as_slice()), &mut self.hessian);
         let (mut judged, mut convex) = (!Self::restores(problem), false);
         while !self.factorise(problem, state, sigma) && sigma.is_finite() && !problem.monitor.is_stopped() {
+            self.convex = false;
             let first = !std::mem::replace(&mut judged, true);
             if first && (sigma >= COMPRESSED || !self.factorise(problem, state, COMPRESSED)) {
                 self.forces.iter_mut().flatten().for_each(|force| *force = Vector::zeros());
@@ -389,6 +393,7 @@ impl Minimiser for Newton {
 /// See [`Minimiser::minimise`].
 fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, stop: &Stop) -> Report {
     (ws.factorisations, ws.evaluations) = (0, 0);
+    ws.convex = problem.has_potential();
     problem.update_held(state);
     ws.condensed_force = condensed_force(problem, stop);
     ws.system.update_weights(problem);
@@ -489,6 +494,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
     report.residual = monitor.residual;
     report.factorisations = ws.factorisations;
     report.evaluations = ws.evaluations;
+    report.convex = ws.convex;
     report
 }
 

@@ -23,7 +23,7 @@ const OUT_OF_PROPORTION: f64 = 2.0;
 /// longest branch. A taut cable moves several times as far as its end.
 const BEYOND_PRESCRIBED: [f64; 2] = [8.0, 2.0];
 /// Least move of a jump, as a fraction of the branch that moves farthest.
-const FAR: f64 = 0.01;
+pub const FAR: f64 = 0.01;
 
 /// Largest prescribed motion from some targets to others: the largest move (m) and turn (rad) of the targets of the
 /// active constraints.
@@ -36,19 +36,16 @@ pub fn prescribed(active: &[bool], from: &[Pose], to: &[Pose]) -> [f64; 2] {
     most
 }
 
-/// Whether a harness that `moved` by this distance (m) in an increment may have snapped to another equilibrium: it
-/// moved far, and out of proportion to the previous increment (`previous`, m) or, where nothing moved in that, to the
-/// prescribed motion (m, rad). `lengths` are those of the branch that moved farthest, and of the longest one, m.
-pub fn is_out_of_proportion(moved: f64, previous: Option<f64>, prescribed: [f64; 2], lengths: [f64; 2]) -> bool {
-    let [own, longest] = lengths;
-    previous.is_some_and(|previous| {
-        let expected = if previous > 0.0 {
-            OUT_OF_PROPORTION * previous
-        } else {
-            BEYOND_PRESCRIBED[0] * prescribed[0] + BEYOND_PRESCRIBED[1] * longest * prescribed[1]
-        };
-        moved > expected.max(FAR * own)
-    })
+/// Whether a harness that `moved` by this distance (m) in an increment moved out of proportion to the previous increment
+/// (`previous`, m) or, where nothing moved in that, to the prescribed motion (m, rad). `longest` is the length of the
+/// longest branch, m.
+pub fn is_out_of_proportion(moved: f64, previous: f64, prescribed: [f64; 2], longest: f64) -> bool {
+    let expected = if previous > 0.0 {
+        OUT_OF_PROPORTION * previous
+    } else {
+        BEYOND_PRESCRIBED[0] * prescribed[0] + BEYOND_PRESCRIBED[1] * longest * prescribed[1]
+    };
+    moved > expected
 }
 
 /// Jump event of an increment in which the harness `moved` by this distance (m), and no equilibrium was found within

@@ -156,6 +156,15 @@ impl Sheet {
         self.lines.iter().zip(requirements).map(parts).fold(1.0, f64::max) as usize
     }
 
+    /// Whether an entry of `[[requirements]]` counts in a step and has been kept so far.
+    pub fn is_at_stake(&self, requirements: &[Requirement], step: usize) -> bool {
+        requirements.iter().enumerate().any(|(k, own)| {
+            own.origin == Origin::Scenario
+                && own.steps.as_ref().is_none_or(|steps| steps.contains(&step))
+                && self.lines.get(k).is_none_or(|line| !line.has_failed())
+        })
+    }
+
     /// The clearances that count in a step and have been kept so far.
     pub fn kept_clearances<'r>(
         &self,

@@ -55,6 +55,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(super) prescribed_turns: f64,
     /// Twist that the present state has lost.
     pub(super) lost_twist: Vec<Occurrence>,
+    /// Whether the energy was convex wherever the minimiser went in the current increment.
+    pub(super) convex: bool,
     /// Smallest part of the current increment that was tried in one piece.
     pub(super) smallest_part: f64,
     /// Largest displacement of a point in the last increment without a jump, m; `None` in the first increment of a step
@@ -143,6 +145,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             twist_monitor: None,
             prescribed_turns: 0.0,
             lost_twist: Vec::new(),
+            convex: true,
             smallest_part: 1.0,
             previous_move: None,
             driven: Vec::new(),
@@ -240,6 +243,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             twist_monitor: _,
             prescribed_turns: _,
             lost_twist: _,
+            convex: _,
             smallest_part: _,
             driven: _,
             errors: _,

@@ -44,6 +44,7 @@ impl Driver<'_, '_> {
             self.iterations += report.iterations;
             self.polish += report.polish;
             self.factorisations += report.factorisations;
+            self.convex &= report.convex;
             if self.problem.monitor.is_stopped() {
                 return Grade::INTERRUPTED;
             }

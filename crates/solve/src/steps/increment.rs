@@ -125,6 +125,7 @@ impl Driver<'_, '_> {
     fn solve_increment(&mut self, plan: &Plan, a: f64, b: f64) -> Grade {
         self.began.copy_from(&self.state);
         self.driven.clear();
+        self.convex = true;
         let (before, time_errors) = (self.problem.conditions().clone(), self.time_errors.clone());
         let at_first = plan.takes_time().then(|| self.results_of_branches());
         let (status, snapped) = self.reach(plan, a, b);
@@ -182,7 +183,9 @@ impl Driver<'_, '_> {
         (status, snapped)
     }
 
-    /// Logs a jump in the increment that has ended in balance: one that moved far and out of proportion is looked into.
+    /// Logs a jump in the increment that has ended in balance. One that moved far is looked into if that is out of
+    /// proportion, or, where a requirement is at stake, if the energy was not convex on the way and the speeds at both
+    /// ends do not explain it.
     fn log_jump(
         &mut self,
         plan: &Plan,
@@ -193,10 +196,19 @@ impl Driver<'_, '_> {
         let (moved, length) = result::farthest_branch(self.problem.network, &self.began, &self.state);
         let conditions = self.problem.conditions();
         let given = events::prescribed(&conditions.active, &before.targets, &conditions.targets);
+        let longest = self.problem.scales().length;
+        let beginning = self.before_increment(before, time_errors);
         // A cable that ran out of a constraint has an event of its own.
-        let previous = self.previous_move.filter(|_| conditions.active == before.active);
-        let far = events::is_out_of_proportion(moved, previous, given, [length, self.problem.scales().length]);
-        let jump = if far || snapped { self.find_jump(plan, fractions, (before, time_errors)) } else { None };
+        let previous =
+            self.previous_move.filter(|_| conditions.active == before.active && moved > events::FAR * length);
+        let may_have_jumped = previous.is_some_and(|previous| {
+            let (requirements, step) = (&self.problem.network.requirements, self.log.now().step_index);
+            events::is_out_of_proportion(moved, previous, given, longest)
+                || !self.convex
+                    && self.log.sheet.is_at_stake(requirements, step)
+                    && !self.is_as_fast_as_at_its_ends(plan, fractions, &beginning)
+        });
+        let jump = if may_have_jumped || snapped { self.find_jump(plan, fractions, beginning) } else { None };
         match jump.or_else(|| snapped.then(|| events::jump_unseen(moved))) {
             // The next jump is not to be measured by this one.
             Some(jump) => self.log.raise(jump),
