@@ -145,6 +145,38 @@ fn a_two_arm_joint_is_the_plain_rod_at_any_length() {
     }
 }
 
+/// Two arms that share all wires, but meet at an angle or have two stiffnesses, are no plain rod: coupled as neighbours
+/// they came to their limit with first order, and with stated errors of a tenth to a thousandth of the real ones.
+#[test]
+fn two_arms_at_an_angle_or_of_two_sections_come_to_their_limit_with_fourth_order() {
+    let end = "position = [0.5, 0.2, 0.1]\ntangent = [0.5, 1, 0]\nup = [0, 0, 1]";
+    let through = "wires = [{ between = [\"one\", \"two\"], share = 1 }]";
+    let angle = |text: &str| text.replace("direction = [1, 0, 0]", "direction = [1, 0.8, 0.2]");
+    let thinner = |text: &str| {
+        let two = "name = \"two\"\nfrom = \"J\"\nto = \"D\"\nsection = \"s\"";
+        let (before, after) = text.split_once(two).expect("a branch `two`");
+        let section = "[sections.thin]\ndiameter = 0.006\nlinear_density = 0.05\naxial_stiffness = 1e4\n\
+                       bending_stiffness = [0.01, 0.02]\ntorsion_stiffness = 0.006\n";
+        format!("{before}{}{after}{section}", two.replace("\"s\"", "\"thin\""))
+    };
+    let both = |text: &str| thinner(&angle(text));
+    for (what, change) in [("angle", &angle as &dyn Fn(&str) -> String), ("two sections", &thinner), ("both", &both)] {
+        let of = |joint: &str, n: usize| solved(&change(&cable(Some(joint), [4 * n, 3 * n], "", end)));
+        let limit = of(through, 40);
+        // The spring is as stiff as a ten-thousandth of a diameter of each arm.
+        let fused = apart(&limit, &of("model = \"fused\"", 40));
+        assert!(fused < 1e-6, "{what}: {fused:e} m from fused");
+        let errors = [5, 10].map(|n| {
+            let found = of(through, n);
+            let stated: f64 = found.branches.iter().map(|b| b.error.expect("an estimate").position).fold(0.0, f64::max);
+            (apart(&found, &limit), stated)
+        });
+        let order = (errors[0].0 / errors[1].0).log2();
+        assert!(order > 3.4, "{what}: order {order:.2}, {errors:?}");
+        assert!(errors.iter().all(|(error, stated)| *error < 1.5 * stated), "{what}: {errors:?}");
+    }
+}
+
 /// A straight cable of which a share p of the wires runs through a joint of length L, its end turned by a small angle
 /// about one axis and free to move: the moment is the same everywhere, so `θ = M (0.7/C + 2 L (1/p − 1)/C)` about d1,
 /// d2 and d3.

@@ -154,3 +154,103 @@ fn a_cable_that_warms_up_sags_and_rises_again() {
     assert!(apart(&run.steps[1], end(&start)) < 1e-7);
     assert_eq!(run.steps[0].stable, Some(true));
 }
+
+/// A stiff bar on a hinge in a light wind hangs where `w cos²θ = ρ g sin θ`. The forces of the wind on the nodes of a
+/// fine mesh were within the tolerance, and the bar did not move.
+#[test]
+fn a_light_wind_turns_a_stiff_bar_on_any_mesh() {
+    const LENGTH: f64 = 0.2;
+    for segments in [10, 200] {
+        let run = converged(&format!(
+            r#"schema = 1
+[sections.bar]
+diameter = "8 mm"
+linear_density = 0.1
+axial_stiffness = 1e6
+shear_stiffness = 8e3
+bending_stiffness = 0.5
+torsion_stiffness = 0.04
+[[branches]]
+name = "bar"
+from = "a"
+to = "b"
+section = "bar"
+length = {LENGTH}
+segments = {segments}
+[[constraints]]
+name = "hinge"
+kind = "connector"
+at = {{ end = "a" }}
+position = [0, 0, 0]
+tangent = [0, 0, -1]
+up = [1, 0, 0]
+free_axis = [0, 1, 0]
+[[loads]]
+name = "wind"
+span = {{ branch = "bar" }}
+flow = {{ velocity = [1, 0, 0] }}
+"#
+        ));
+        // Air of 1.2 kg/m³ and the coefficient 1.2 are the defaults.
+        let drag = 0.5 * 1.2 * 1.2 * 0.008;
+        let mut sine = 0.0_f64;
+        for _ in 0..20 {
+            sine = drag * (1.0 - sine * sine) / (0.1 * 9.81);
+        }
+        let x = end(&run).branches[0].position.last().expect("a node").x;
+        // The bar bends by less than w L⁴/8EI = 2 µm; the shape is refined to 1e-7 of the length.
+        assert!((x - LENGTH * sine).abs() < 3e-6, "{x} for {} in {segments} segments", LENGTH * sine);
+    }
+}
+
+/// A moment without a potential on a stiff bar, which stands on a soft hub.
+#[test]
+fn a_small_moment_turns_a_stiff_bar_on_a_soft_hub() {
+    const MOMENT: f64 = 9e-4;
+    let bar = |name: &str, from: &str, to: &str| {
+        format!(
+            "[[branches]]\nname = \"{name}\"\nfrom = \"{from}\"\nto = \"{to}\"\nsection = \"bar\"\nlength = 0.1\n\
+             segments = 10\n"
+        )
+    };
+    let run = converged(&format!(
+        r#"schema = 1
+gravity = [0, 0, 0]
+[sections.bar]
+diameter = "8 mm"
+linear_density = 0.1
+axial_stiffness = 1e6
+bending_stiffness = 100.0
+torsion_stiffness = 100.0
+{}{}
+[[joints]]
+name = "J"
+model = "compliant-hub"
+bending_stiffness = 0.1
+torsion_stiffness = 0.1
+arms = [
+  {{ branch = "A", direction = [-1, 0, 0], up = [0, 0, 1] }},
+  {{ branch = "B", direction = [1, 0, 0], up = [0, 0, 1] }},
+]
+[[constraints]]
+name = "a"
+kind = "connector"
+at = {{ end = "a" }}
+position = [0, 0, 0]
+tangent = [1, 0, 0]
+up = [0, 0, 1]
+[[loads]]
+name = "turn"
+at = {{ end = "b" }}
+moment = [0, {MOMENT}, 0]
+"#,
+        bar("A", "a", "J"),
+        bar("B", "J", "b")
+    ));
+    let tip = end(&run).branches[1].position.last().expect("a node").z;
+    // Two springs in series; the bars bend by 1e-4 of that.
+    let turn = 2.0 * MOMENT / 0.1;
+    assert!((tip + 0.1 * turn).abs() < 1e-3 * 0.1 * turn, "{tip} for {}", -0.1 * turn);
+    let moment = end(&run).constraints[0].moment;
+    assert!((moment.norm() - MOMENT).abs() < 1e-4 * MOMENT, "{moment}");
+}

@@ -21,9 +21,10 @@
 //! parallel.
 //!
 //! The frames that are coupled are those of stations at the ends of the arms; half a segment, between station and first
-//! segment, is part of the rod like any other. In the plain rod there is no station at the joint: the segments on its
-//! sides are coupled as any two neighbours are ([`crate::kernel::BendTwist`], with `λ = ½(ℓ_a + ℓ_b)`, both halves in
-//! series, κ° their mean), so that it is the same to the last digit.
+//! segment, is part of the rod like any other. Where all wires of two arms of one stiffness go straight on, the joint is
+//! a plain rod without a station: the segments on its sides are coupled as any two neighbours are
+//! ([`crate::kernel::BendTwist`], with `λ = ½(ℓ_a + ℓ_b)` and κ° the mean of both), so that it is the same to the last
+//! digit.
 //!
 //! The public text of the 2017 paper on assembly simulation of multi-branch cables stops before its joint
 //! equations; this form is ours.
@@ -81,10 +82,9 @@ const ROUND_OFF: f64 = 1e-9;
 /// A joint whose arms are coupled pair by pair.
 pub struct CosseratJoint {
     pairs: Vec<Pair>,
-    /// Plain rod: the segments of its two arms are coupled as neighbours, without stations.
-    plain: bool,
-    /// Curvature of both arms at rest, as they run through a joint that is a plain straight rod of one stiffness, 1/m.
-    through: Option<[Vector; 2]>,
+    /// Curvature of both arms at rest, as they run through, 1/m, if the joint is a plain rod: the segments of its two
+    /// arms are coupled as neighbours, without stations.
+    plain: Option<[Vector; 2]>,
     /// What the rods couple beyond the joint, if they run through it.
     continued: Option<ContinuedRod>,
     notes: Vec<String>,
@@ -93,18 +93,6 @@ pub struct CosseratJoint {
 /// Half a turn about d1: reverses the sense of a branch.
 fn half_turn() -> Rotation {
     Unit::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0))
-}
-
-/// Square root of a rotation, the shorter way.
-///
-/// Half a turn (folded arms) has two that are equally short, and round-off must not choose between them: the one with
-/// v3 > 0, else v2 > 0, is taken. Seen from the other arm v becomes (−v1, v2, v3), so both see the same.
-fn root(r: &Rotation) -> Rotation {
-    /// Below this a component is round-off.
-    const NONE: f64 = 1e-9;
-    let decides = [r.w, r.k, r.j].into_iter().find(|x| x.abs() > NONE).unwrap_or(r.w);
-    let r = if decides < 0.0 { -r.into_inner() } else { r.into_inner() };
-    Unit::new_normalize(r + Quaternion::identity())
 }
 
 impl CosseratJoint {
@@ -125,20 +113,20 @@ impl CosseratJoint {
         let shared = shared(spec);
         let own: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
         let stays = |a: usize, b: usize| (shared.table[a][b] - own[a]).abs() <= own[a] * ROUND_OFF;
-        let plain = spec.arms.len() == 2 && stays(0, 1) && stays(1, 0);
-        let through = plain.then(|| Pair::runs_through(&spec.arms[0], &spec.arms[1])).flatten();
+        let shares_all = spec.arms.len() == 2 && stays(0, 1) && stays(1, 0);
+        let plain = if shares_all { Pair::runs_through(&spec.arms[0], &spec.arms[1]) } else { None };
         let mut pairs = Vec::new();
         for (a, arm_a) in spec.arms.iter().enumerate() {
             for (b, arm_b) in spec.arms.iter().enumerate().skip(a + 1) {
                 let wires = [shared.table[a][b], shared.table[b][a]];
-                if plain {
-                    pairs.push(Pair::of_a_rod(a, b, arm_a, arm_b));
+                if let Some(curvatures) = &plain {
+                    pairs.push(Pair::of_a_rod(a, b, [arm_a, arm_b], curvatures));
                 } else if wires[0].max() > 0.0 {
                     pairs.push(Pair::of_wires(a, b, [arm_a, arm_b], wires, length));
                 }
             }
         }
-        Ok(Self { pairs, plain, through, continued: None, notes: shared.notes })
+        Ok(Self { pairs, plain, continued: None, notes: shared.notes })
     }
 }
 
@@ -221,27 +209,19 @@ impl Pair {
         (rest.angle() <= NONE && alike).then(|| Self::rest_curvatures(arm_a, arm_b))
     }
 
-    /// Two segments of one rod.
-    fn of_a_rod(a: usize, b: usize, arm_a: &Arm, arm_b: &Arm) -> Self {
-        let [into, out] = Self::senses(arm_a, arm_b);
-        let rest = (arm_a.rest * into).inverse() * (arm_b.rest * out);
-        let h = root(&rest);
-        let [along_a, along_b] = Self::rest_curvatures(arm_a, arm_b);
-        let curvature_a = h.inverse() * along_a * arm_a.segment_length;
-        let curvature_b = h * along_b * arm_b.segment_length;
-        let [own_a, own_b] = [arm_a, arm_b].map(|arm| arm.section.bend_diagonal());
-        let length = arm_a.segment_length + arm_b.segment_length;
-        let in_series = |i: usize| length / (arm_a.segment_length / own_a[i] + arm_b.segment_length / own_b[i]);
-        let stiffness = if own_a == own_b { own_a } else { Vector::new(in_series(0), in_series(1), in_series(2)) };
+    /// Two segments of one rod with these curvatures at rest, as it runs through.
+    fn of_a_rod(a: usize, b: usize, arms: [&Arm; 2], curvatures: &[Vector; 2]) -> Self {
+        let [into, out] = Self::senses(arms[0], arms[1]);
+        let [length_a, length_b] = arms.map(|arm| arm.segment_length);
+        let length = length_a + length_b;
         Self {
             a,
             b,
             lambda: 0.5 * length,
-            stiffness,
-            curvature: (curvature_a + curvature_b) / length,
-            // conj(q_a α) (q_b β) = h̄ p̄_a p_b h̄.
-            alpha: into * h,
-            beta: out * h.inverse(),
+            stiffness: arms[0].section.bend_diagonal(),
+            curvature: (curvatures[0] * length_a + curvatures[1] * length_b) / length,
+            alpha: into,
+            beta: out,
             slips: None,
         }
     }
@@ -249,11 +229,11 @@ impl Pair {
 
 impl JointModel for CosseratJoint {
     fn mounting(&self) -> Mounting {
-        if self.plain { Mounting::Point } else { Mounting::Stations }
+        if self.plain.is_some() { Mounting::Point } else { Mounting::Stations }
     }
 
     fn continue_rods(&mut self, arms: &[Option<Continuation>]) -> bool {
-        if let (Some(rest), [Some(a), Some(b)]) = (self.through, arms)
+        if let (Some(rest), [Some(a), Some(b)]) = (self.plain, arms)
             && a.variation == b.variation
         {
             let pair = &self.pairs[0];

@@ -142,9 +142,6 @@ impl Certifier {
             self.inspect(problem, state);
         }
         let inspector = self.inspector.as_mut().expect("the state was inspected");
-        if !problem.has_potential() {
-            inspector.prepare_without_potential(problem, state);
-        }
         let samples = Samples::of(problem, state, results);
         let defect = discretisation::defect(problem, state, &samples, &inspector.hessian);
         let parts = defect.map(|gradient| inspector.response(problem, state, &gradient));

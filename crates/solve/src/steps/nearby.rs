@@ -389,9 +389,6 @@ impl<'n> Kept<'n> {
             Stability::Neutral => return Err(NotFound::Neutral),
             Stability::Unstable => return Err(NotFound::Unstable),
         }
-        if !problem.has_potential() {
-            inspector.prepare_without_potential(problem, state);
-        }
         Ok(())
     }
 

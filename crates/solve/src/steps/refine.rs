@@ -21,7 +21,7 @@ impl Driver<'_, '_> {
     /// that is soft beside its loads, forces are within tolerance long before the shape is accurate.
     pub(super) fn refine(&mut self, status: Grade) -> Grade {
         self.inspection = None;
-        if status != Status::Converged || !self.problem.has_potential() {
+        if status != Status::Converged {
             return status;
         }
         let stop = self.stop;

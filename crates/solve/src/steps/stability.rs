@@ -48,15 +48,15 @@ impl Stability {
 /// Result of an inspection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inspection {
-    /// Stability.
+    /// Stability; under loads without a potential that without them.
     pub stability: Stability,
     /// Largest move of a point in the next Newton step, m: an estimate of the error of the shape.
     pub move_left: f64,
     /// Largest move relative to the longest branch of the piece, or largest turn of a frame (rad), whichever is larger.
     pub relative: f64,
-    /// Whether the decrease of the energy in the next step is round-off.
+    /// Whether the decrease of the energy in the next step is round-off; never without a potential.
     pub is_negligible: bool,
-    /// Whether it is neutral only because of the residual forces, else stable.
+    /// Whether it is neutral only because of the residual forces, else stable; never without a potential.
     pub is_uncertain: bool,
     /// Whether cables are in contact: contact or friction would end the next step early.
     pub in_contact: bool,
@@ -126,6 +126,12 @@ impl Inspector {
             Stability::Unstable
         };
         self.border.step(&mut self.system, problem, state, gradient, None, &mut self.step);
+        let has_potential = problem.has_potential();
+        if !has_potential {
+            let Self { system, border, without, step, .. } = self;
+            without.prepare(system, border, problem, state);
+            without.complete(system, border, problem, state, step);
+        }
         let network = problem.network;
         let (mut move_left, mut relative) = (0.0_f64, largest(&self.step.frames));
         for (branch, scale) in network.branches.iter().zip(problem.local_scales()) {
@@ -134,7 +140,8 @@ impl Inspector {
             relative = nan_max(relative, moved / scale.length);
         }
         let in_contact = !problem.conditions().contact.records.is_empty();
-        let is_negligible = -self.free.dot(&self.step) <= problem.energy_noise(gradient);
+        let is_negligible = has_potential && -self.free.dot(&self.step) <= problem.energy_noise(gradient);
+        let is_uncertain = has_potential && is_uncertain;
         Inspection { stability, move_left, relative, is_negligible, is_uncertain, in_contact }
     }
 
@@ -145,7 +152,7 @@ impl Inspector {
 
     /// `−H⁻¹ g` with the Hessian factorised by the last [`Self::inspect`], which was at `state`, for another gradient g
     /// of the points and frames; what slides stays at its arc length. Under loads without a potential H is the tangent
-    /// of the residual, after [`Self::prepare_without_potential`].
+    /// of the residual.
     pub fn response(&mut self, problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Tangent {
         let mut response = Tangent::zeros(problem.network);
         let Self { system, border, without, .. } = self;
@@ -154,12 +161,6 @@ impl Inspector {
             without.complete(system, border, problem, state, &mut response);
         }
         response
-    }
-
-    /// Prepares [`Self::step_near`] at the state inspected last, under loads without a potential.
-    pub fn prepare_without_potential(&mut self, problem: &Problem<'_>, state: &State) {
-        let Self { system, border, without, .. } = self;
-        without.prepare(system, border, problem, state);
     }
 
     /// Newton step from `state`, which is near the one inspected last, with the matrix factorised there: `problem` is
@@ -193,7 +194,8 @@ impl Inspector {
         problem.free_part(&mut self.free);
         self.sum_residual_forces(problem);
         let Inertia { negative, .. } = self.inertia(problem, state, gradient, ROUND_OFF, LEVERS);
-        self.prepare_without_potential(problem, state);
+        let Self { system, border, without, .. } = self;
+        without.prepare(system, border, problem, state);
         self.without.turns_determinant(negative) == Some(true)
     }
 
