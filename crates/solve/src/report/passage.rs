@@ -15,7 +15,7 @@ use wireloom_core::{Network, Pose, State, Vector};
 /// the clearance or of the cable's radius.
 const SHORT: f64 = 0.25;
 /// Depth below the clearances at both ends that counts, as a fraction of the clearance or of the cable's radius.
-const DEEPER: f64 = 0.02;
+const DEEPER: f64 = 0.002;
 
 /// Two equilibria that follow each other, each with the poses of all obstacles.
 pub(crate) struct Passage<'a> {
