@@ -13,6 +13,7 @@ use tungstenite::{Message, WebSocket};
 use wireloom::geometry::{Rotation, Vector};
 use wireloom::import::kbl::{Arrangement, Options, import};
 use wireloom::scenario::{NoFiles, render};
+use wireloom::session::Refusal;
 
 /// Distance of successive targets, m.
 const TARGET_SPACING: f64 = 0.005;
@@ -76,6 +77,11 @@ impl Backend for NoBackend {
     fn open(&self, _: &str) -> Result<Studio, String> {
         Err("no draft is stored".to_owned())
     }
+
+    fn store_beside(&self, _: &str, _: &[u8]) -> Result<String, Refusal> {
+        Err(Refusal::new("no file is stored", ""))
+    }
+
     fn changed_outside(&self) -> Option<String> {
         None
     }

@@ -41,6 +41,7 @@ mod tests {
         declare(protocol::Holding::decl());
         declare(protocol::List::decl());
         declare(protocol::PartKind::decl());
+        declare(protocol::StoredMesh::decl());
         declare(protocol::Start::decl());
         declare(protocol::Edit::decl());
         declare(protocol::Opening::decl());

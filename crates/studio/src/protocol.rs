@@ -12,6 +12,7 @@ pub use start::{
     StartPage, Used,
 };
 
+use crate::frame::Placed;
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
@@ -178,6 +179,20 @@ pub enum Edit {
         /// Its name.
         name: String,
     },
+    /// Moves and turns an obstacle.
+    Move {
+        /// Its name.
+        obstacle: String,
+        /// Its pose in some frame.
+        from: Placed,
+        /// Where it shall be instead in that frame.
+        to: Placed,
+    },
+    /// Deletes several parts as one command.
+    DeleteAll {
+        /// Kinds and names of the parts.
+        parts: Vec<(PartKind, String)>,
+    },
     /// Splits a branch into two that meet in a joint.
     Split {
         /// Name of the branch.
@@ -212,8 +227,19 @@ pub enum List {
     Requirements,
 }
 
+/// Answer to a file with a surface that a page has sent to `surroundings/NAME`: it can be the `mesh` of an obstacle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct StoredMesh {
+    /// Its name beside the scenario's file.
+    pub file: String,
+    /// Whether its surface has borders, so that the obstacle needs `open = true`.
+    pub open: bool,
+}
+
 /// A kind of parts that a page renames and deletes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub enum PartKind {

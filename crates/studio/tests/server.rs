@@ -54,6 +54,33 @@ fn only_who_knows_the_token_is_let_in() {
 }
 
 #[test]
+fn files_with_surfaces_are_stored_and_what_is_none_is_refused_with_its_reason() {
+    let served = served();
+    let post = |name: &str, content: &str| {
+        served.post_own(&format!("/surroundings/{name}?{}", served.query()), content.as_bytes())
+    };
+    let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"].map(|corner| format!("v {corner}\n")).concat();
+    let closed = format!("{corners}f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    let stored = post("wedge.obj", &closed);
+    assert_eq!(status(&stored), "200", "{stored}");
+    assert!(stored.ends_with(&format!("{{\"file\":\"{}-wedge.obj\",\"open\":false}}", closed.len())), "{stored}");
+    let sheet = post("a%20sheet.obj", &format!("{corners}f 1 3 2\n"));
+    assert!(sheet.contains("a sheet.obj\",\"open\":true"), "{sheet}");
+    for (name, content, says) in [
+        ("wedge.png", "", "is of no known format"),
+        ("wedge.stl", "solid", "cannot be read as STL"),
+        ("wedge.glb", "glTF", "cannot be read as glTF"),
+    ] {
+        let refused = post(name, content);
+        assert_eq!(status(&refused), "422", "{refused}");
+        assert!(refused.contains(says), "{refused}");
+    }
+    let stranger = served.post_own("/surroundings/wedge.obj?token=0", closed.as_bytes());
+    assert_eq!(status(&stranger), "403", "{stranger}");
+    assert!(served.server.stop(), "nothing is left");
+}
+
+#[test]
 fn exports_are_those_of_the_session_and_no_other_files() {
     let served = served();
     let mut tab = served.tab();

@@ -180,6 +180,8 @@ pub struct Finding {
     pub what: String,
     /// The places.
     pub items: Vec<FindingItem>,
+    /// The place of the element that the sentence names; none if there are items.
+    pub place: Option<Place>,
 }
 
 /// A place of a finding.

@@ -2,7 +2,7 @@
 //! of the same scenario.
 
 use crate::Studio;
-use crate::protocol::Notice;
+use crate::protocol::{Notice, StoredMesh};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
@@ -23,6 +23,12 @@ pub trait Backend: Send + Sync {
     fn still_offers(&self) -> bool {
         true
     }
+
+    /// Stores a file beside the scenario's. Returns its name there: another one where a different file has that name.
+    ///
+    /// # Errors
+    /// If the scenario has no file, the name is none of a file, or the system refuses.
+    fn store_beside(&self, name: &str, bytes: &[u8]) -> Result<String, wireloom::session::Refusal>;
 
     /// Name of the scenario's file, if another program has changed it since the last call.
     fn changed_outside(&self) -> Option<String>;
@@ -122,6 +128,15 @@ impl Live {
     /// The exported file of this name; `None` if there is none.
     pub(super) fn export(&self, name: &str) -> Option<Vec<u8>> {
         self.backend.export(&self.now(), name)
+    }
+
+    /// Stores a file with the surface of an obstacle beside the scenario's, if it is one.
+    ///
+    /// # Errors
+    /// Why it is none, or cannot be stored.
+    pub(super) fn store_mesh(&self, name: &str, bytes: Vec<u8>) -> Result<StoredMesh, wireloom::session::Refusal> {
+        let open = self.now().has_borders(name, bytes.clone())?;
+        Ok(StoredMesh { file: self.backend.store_beside(name, &bytes)?, open })
     }
 
     /// Stores the draft, if it has changed; tells the pages if another program has changed the file.

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 use wireloom::scenario::NoFiles;
+use wireloom::session::Refusal;
 use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::protocol::{Notice, Request};
 use wireloom_studio::server::{Backend, Content, DraftOffer, Live, Server, Site, Token};
@@ -65,6 +66,10 @@ impl Backend for MemoryBackend {
         session(draft, true)
     }
 
+    fn store_beside(&self, name: &str, bytes: &[u8]) -> Result<String, Refusal> {
+        Ok(format!("{}-{name}", bytes.len()))
+    }
+
     fn changed_outside(&self) -> Option<String> {
         None
     }
@@ -112,6 +117,23 @@ impl Served {
         stream.write_all(head.as_bytes()).expect("taken");
         let mut answer = Vec::new();
         // A server that resets the connection has sent everything.
+        let _ = stream.read_to_end(&mut answer);
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    /// The response to a file that a page sends.
+    pub fn post_own(&self, path: &str, content: &[u8]) -> String {
+        let mut stream = TcpStream::connect(self.address).expect("it listens");
+        let host = self.address;
+        let length = content.len();
+        let head = format!(
+            "POST {path} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: {length}\r\n\
+             Connection: close\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).expect("taken");
+        // A server that refuses it does not read it to the end.
+        let _ = stream.write_all(content);
+        let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
         String::from_utf8_lossy(&answer).into_owned()
     }

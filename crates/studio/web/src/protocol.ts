@@ -7,6 +7,16 @@ export type List = "constraints" | "obstacles" | "requirements";
 
 export type PartKind = "branch" | "constraint" | "obstacle" | "requirement";
 
+export type StoredMesh = { 
+/**
+ * Its name beside the scenario's file.
+ */
+file: string, 
+/**
+ * Whether its surface has borders, so that the obstacle needs `open = true`.
+ */
+open: boolean, };
+
 export type Start = { "joint": string } | { "end": string } | { "point": { 
 /**
  * Name of the branch.
@@ -57,7 +67,23 @@ part: PartKind,
 /**
  * Its name.
  */
-name: string, } | { "is": "split", 
+name: string, } | { "is": "move", 
+/**
+ * Its name.
+ */
+obstacle: string, 
+/**
+ * Its pose in some frame.
+ */
+from: Placed, 
+/**
+ * Where it shall be instead in that frame.
+ */
+to: Placed, } | { "is": "delete_all", 
+/**
+ * Kinds and names of the parts.
+ */
+parts: Array<[PartKind, string]>, } | { "is": "split", 
 /**
  * Name of the branch.
  */
@@ -835,7 +861,11 @@ what: string,
 /**
  * The places.
  */
-items: Array<FindingItem>, };
+items: Array<FindingItem>, 
+/**
+ * The place of the element that the sentence names; none if there are items.
+ */
+place: Place | null, };
 
 export type FindingItem = { 
 /**
@@ -1139,4 +1169,4 @@ corners: number,
 triangles: number, };
 
 /** Number of quantities per node. */
-export const FLOATS = 12;
+export const FLOATS = 14;

@@ -86,7 +86,7 @@ test("a click on a cable looks closer at that point", async () => {
   const place = await page.evaluate(() => {
     const { store, toScreen } = window.wireloom;
     const node = 61 * 2 + 30;
-    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[node * 12 + axis]));
+    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[node * window.wireloom.floats + axis]));
   });
   await page.mouse.move(place.x, place.y);
   assert.match(await page.locator("#over").innerText(), /right, s = 200.*bend radius/s);

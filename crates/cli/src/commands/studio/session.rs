@@ -14,6 +14,7 @@ use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wireloom::export::json::Provenance;
+use wireloom::session::Refusal;
 use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::server::{Backend, DraftOffer, Live};
 use wireloom_studio::{SessionFiles, SessionInput, Studio};
@@ -182,6 +183,10 @@ impl Backend for AtHand {
 
     fn still_offers(&self) -> bool {
         self.kept().is_some_and(|(kept, followed)| followed.is_ok() && kept.unanswered)
+    }
+
+    fn store_beside(&self, name: &str, bytes: &[u8]) -> Result<String, Refusal> {
+        self.opener.storage.store_beside(name, bytes)
     }
 
     fn changed_outside(&self) -> Option<String> {
