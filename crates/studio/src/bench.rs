@@ -74,6 +74,7 @@ struct NoBackend;
 
 impl Backend for NoBackend {
     fn keep(&self, _: Option<&str>) {}
+    fn discard(&self, _: &str) {}
     fn open(&self, _: &str) -> Result<Studio, String> {
         Err("no draft is stored".to_owned())
     }
@@ -104,7 +105,7 @@ fn drag(text: &str) -> Result<Drag, String> {
     let studio = open(opened).map_err(|faults| render(text, &faults))?;
     let token = Token::random()?;
     let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| error.to_string())?;
-    let content = Content::Live(Live::new(studio, None, Box::new(NoBackend)));
+    let content = Content::Live(Live::new(studio, Vec::new(), Box::new(NoBackend)));
     let site = Site { page: String::new(), content, envelope: None };
     let server = Server::start(listener, "127.0.0.1", token.clone(), site).map_err(|error| error.to_string())?;
     let address = format!("ws://{}/socket?token={}", server.address(), token.digits());

@@ -66,6 +66,7 @@ mod tests {
         declare(protocol::TextFault::decl());
         declare(protocol::Document::decl());
         declare(protocol::StartPage::decl());
+        declare(protocol::OfferedDraft::decl());
         declare(protocol::Recent::decl());
         declare(protocol::Example::decl());
         declare(protocol::Contents::decl());

@@ -8,8 +8,8 @@
 mod start;
 
 pub use start::{
-    Arranged, Contents, Example, Finding, FindingItem, ImportFile, Imported, Module, NotOpened, Opening, Recent,
-    StartPage, Used,
+    Arranged, Contents, Example, Finding, FindingItem, ImportFile, Imported, Module, NotOpened, OfferedDraft, Opening,
+    Recent, StartPage, Used,
 };
 
 use crate::frame::Placed;
@@ -120,8 +120,10 @@ pub enum Request {
         /// A number for the answer.
         number: u32,
     },
-    /// Accepts or discards the draft of an earlier session.
+    /// Accepts or discards a draft of an earlier session.
     Draft {
+        /// Its number.
+        number: u32,
         /// Whether to accept it.
         take: bool,
     },
@@ -304,10 +306,10 @@ pub enum Notice {
         /// A hint.
         help: String,
     },
-    /// There is a draft of an earlier session.
-    Draft {
-        /// Time of storage (RFC 3339); none if there is no draft any more.
-        written: Option<String>,
+    /// Drafts of earlier sessions; none if there is no such draft any more.
+    Drafts {
+        /// The drafts, the newest first.
+        drafts: Vec<OfferedDraft>,
     },
     /// A copy of the current scenario.
     Saved {

@@ -66,7 +66,7 @@ const MESSAGES: [&str; 5] = [
 {"do":"set","key":"branches.b.segments","value":8}
 {"do":"hold","branch":"b","s":0.1,"how":"collar"}
 {"do":"target","constraint":"plug","position":[0,0,0.2]}
-{"do":"draft","take":false}
+{"do":"draft","number":0,"take":false}
 "#,
     concat!(
         r#"{"do":"edit","edit":{"is":"put","key":"branches.b.length","value":"420 mm"}}

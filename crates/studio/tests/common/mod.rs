@@ -53,13 +53,17 @@ pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
     open(opened).map_err(|faults| faults[0].message.clone())
 }
 
-/// Stores drafts in memory.
+/// Stores the draft of the session and those of earlier ones in memory.
 #[derive(Clone, Default)]
-pub struct MemoryBackend(pub Arc<Mutex<Option<String>>>);
+pub struct MemoryBackend(pub Arc<Mutex<Option<String>>>, pub Arc<Mutex<Vec<String>>>);
 
 impl Backend for MemoryBackend {
     fn keep(&self, draft: Option<&str>) {
         *self.0.lock().expect("not poisoned") = draft.map(str::to_owned);
+    }
+
+    fn discard(&self, draft: &str) {
+        self.1.lock().expect("not poisoned").retain(|own| own != draft);
     }
 
     fn open(&self, draft: &str) -> Result<Studio, String> {
@@ -96,8 +100,12 @@ pub struct Served {
 }
 
 impl Served {
-    pub fn new(offer: Option<DraftOffer>, backend: MemoryBackend) -> Self {
-        let live = Live::new(session(TEXT, false).expect("no faults"), offer, Box::new(backend));
+    /// It offers the drafts of earlier sessions that the backend has.
+    pub fn new(backend: MemoryBackend) -> Self {
+        let texts = backend.1.lock().expect("not poisoned").clone();
+        let offer = |text| DraftOffer { text, written: "2026-11-21T20:00:00Z".into() };
+        let offers = texts.into_iter().map(offer).collect();
+        let live = Live::new(session(TEXT, false).expect("no faults"), offers, Box::new(backend));
         let (page, content) = ("<html>page</html>".to_owned(), Content::Live(live));
         Self::of(Site { page, content, envelope: None })
     }

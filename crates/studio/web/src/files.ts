@@ -15,7 +15,8 @@ export const unitOf = (name: string): string | null => SURFACES[endingOf(name)];
 
 /** What is done with a file of another kind that is known; null for all others. */
 export function ofOtherKind(name: string): string | null {
-  if (isSurface(name)) return "a surface is an obstacle of a scenario: open one or begin a new harness, and drop the file there.";
+  const dropped = "a surface is an obstacle of a scenario: open one or begin a new harness, and drop the file there.";
+  if (isSurface(name)) return unitOf(name) === null ? `${dropped} “wireloom import step FILE -o DIR” makes an obstacle of each part of a STEP file.` : dropped;
   if (/\.vec$/i.test(name)) return "the page imports KBL only: make a scenario of it with “wireloom import vec FILE -o NAME.toml”, and open that.";
   return null;
 }

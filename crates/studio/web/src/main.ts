@@ -22,12 +22,12 @@ import { Panels } from "./panels";
 import { FLOATS, type Notice, type Place } from "./protocol";
 import { destroyed, failing, isDestroyed, sentence, verdictWords, worstFirst } from "./requirements";
 import { screenshot } from "./screenshot";
-import { StartPane } from "./start";
+import { offers, StartPane } from "./start";
 import { Several } from "./several";
 import { Store } from "./store";
 import { Surroundings } from "./surroundings";
 import { TimelineBar } from "./timeline";
-import { millimetres, when } from "./units";
+import { millimetres } from "./units";
 import { View, type Side } from "./view";
 
 const store = new Store();
@@ -358,16 +358,10 @@ function toggleText(): void {
   if (on) textPane.focus();
 }
 
-store.on("draft", (written) => {
+store.on("drafts", (drafts) => {
   const bar = byId("draft");
-  bar.hidden = written === null;
-  if (written === null) return;
-  const answer = (take: boolean) => () => connection.send({ do: "draft", take });
-  bar.replaceChildren(
-    element("span", {}, `There are unsaved changes of an earlier session (${when(written)}). Until you choose, no draft of this session is kept.`),
-    element("button", { onclick: answer(true) }, "Restore it"),
-    element("button", { onclick: answer(false) }, "Discard it"),
-  );
+  bar.hidden = drafts.length === 0;
+  bar.replaceChildren(...offers(drafts, "Unsaved changes of an earlier session", (number, take) => connection.send({ do: "draft", number, take })));
 });
 
 /** Words that go by themselves after a while. */

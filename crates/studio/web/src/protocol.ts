@@ -253,6 +253,10 @@ text: string,
  */
 number: number, } | { "do": "draft", 
 /**
+ * Its number.
+ */
+number: number, 
+/**
  * Whether to accept it.
  */
 take: boolean, } | { "do": "open", 
@@ -761,13 +765,23 @@ recent: Array<Recent>,
  */
 examples: Array<Example>, 
 /**
- * When the draft of a session without a file was stored (RFC 3339); none if there is none.
+ * Drafts of sessions without a file, the newest first.
  */
-draft: string | null, 
+drafts: Array<OfferedDraft>, 
 /**
  * Largest file that a page may give to be imported, bytes. A larger one is opened by its path.
  */
 largest_import: number, };
+
+export type OfferedDraft = { 
+/**
+ * Its number, as long as this server runs.
+ */
+number: number, 
+/**
+ * Time of storage (RFC 3339).
+ */
+written: string, };
 
 export type Recent = { 
 /**
@@ -911,11 +925,11 @@ message: string,
 /**
  * A hint.
  */
-help: string, } | { "is": "draft", 
+help: string, } | { "is": "drafts", 
 /**
- * Time of storage (RFC 3339); none if there is no draft any more.
+ * The drafts, the newest first.
  */
-written: string | null, } | { "is": "saved", 
+drafts: Array<OfferedDraft>, } | { "is": "saved", 
 /**
  * Name for the file.
  */

@@ -94,7 +94,7 @@ export class Surroundings {
       {},
       element("h2", { id: "surroundings-title" }, `Surroundings: ${file.name}`),
       element("label", {}, "Name of the obstacle ", name),
-      unit === null ? element("p", { class: "quiet" }, "A STEP file says its unit itself.") : element("label", {}, "A unit of the file is ", scale),
+      unit === null ? element("p", { class: "quiet" }, "A STEP file says its unit itself. It becomes one obstacle; “wireloom import step FILE -o DIR” makes one of each of its parts.") : element("label", {}, "A unit of the file is ", scale),
       element("label", {}, "Place of its origin ", position),
       element("p", { class: "quiet" }, "The file is stored beside the scenario's."),
       this.status,
