@@ -9,7 +9,7 @@
 //! Quantities of a node: position x, y, z (m, world); d1 x, y, z; arc length (m); curvature (1/m); tension (N); bending
 //! moment (N m); torque (N m); clearance (m; NaN if unknown).
 
-use crate::protocol::Place;
+use crate::protocol::{Place, Placed};
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
@@ -54,16 +54,6 @@ pub struct Header {
     pub violations: Vec<Violation>,
     /// Energy by effect, J: total, stretch, shear, bend, twist, gravity, load, joint, constraint.
     pub energy: Vec<(String, f64)>,
-}
-
-/// A pose.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(TS))]
-pub struct Placed {
-    /// Position, m.
-    pub position: [f64; 3],
-    /// Orientation `[w, x, y, z]`.
-    pub orientation: [f64; 4],
 }
 
 /// An active constraint.

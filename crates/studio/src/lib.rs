@@ -77,7 +77,7 @@ mod tests {
         declare(protocol::FindingItem::decl());
         declare(protocol::Used::decl());
         declare(protocol::Notice::decl());
-        declare(frame::Placed::decl());
+        declare(protocol::Placed::decl());
         declare(frame::ConstraintFrame::decl());
         declare(frame::ObstacleFrame::decl());
         declare(frame::Tightest::decl());

@@ -12,7 +12,6 @@ pub use start::{
     Recent, StartPage, Used,
 };
 
-use crate::frame::Placed;
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
@@ -214,6 +213,16 @@ pub enum Edit {
         #[cfg_attr(test, ts(type = "unknown"))]
         length: serde_json::Value,
     },
+}
+
+/// A pose.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+pub struct Placed {
+    /// Position, m.
+    pub position: [f64; 3],
+    /// Orientation `[w, x, y, z]`.
+    pub orientation: [f64; 4],
 }
 
 /// A list of the scenario to which entries can be added.
