@@ -41,7 +41,7 @@ mod reader;
 pub use crate::error::ImportError;
 pub use crate::findings::Finding;
 pub use crate::options::{
-    Arrangement, Contents, Imported, Module, Options, Order, Selection, Source, Variant, WireRun,
+    Arrangement, Contents, ElementPlace, Imported, Module, Options, Order, Selection, Source, Variant, WireRun,
 };
 pub use crate::usage::Usage;
 

@@ -29,6 +29,7 @@ mod identities;
 mod modules;
 mod names;
 mod options;
+mod places;
 mod runs;
 mod scenario;
 mod section;

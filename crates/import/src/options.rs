@@ -2,6 +2,7 @@
 
 use super::findings::Finding;
 use super::usage::Usage;
+use std::collections::HashMap;
 
 /// Options of the importer.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,6 +133,17 @@ pub struct Imported {
     pub usage: Vec<Usage>,
     /// Its wires, in the order of the file; a cable has one for each core.
     pub wires: Vec<WireRun>,
+    /// Where elements of the file are in the scenario, by their XML ids.
+    pub places: HashMap<String, ElementPlace>,
+}
+
+/// Where an element of a file is in the scenario.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ElementPlace {
+    /// At the vertex of this name.
+    Vertex(String),
+    /// On the branch of this name.
+    Branch(String),
 }
 
 /// A wire on its way through the harness.

@@ -5,6 +5,7 @@ use super::document::Document;
 use super::error::ImportError;
 use super::findings::Findings;
 use super::options::{Imported, Options};
+use super::places;
 use super::runs;
 use super::usage::{self, Use};
 use super::write;
@@ -33,5 +34,6 @@ pub(super) fn make(
     }
     let scenario = write::scenario(&harness, &document.format, options, &usage, &mut findings);
     let wires = runs::runs(&document, &harness);
-    Ok(Imported { scenario, findings: findings.list, usage, wires })
+    let places = places::places(&document, &harness);
+    Ok(Imported { scenario, findings: findings.list, usage, wires, places })
 }

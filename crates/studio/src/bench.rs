@@ -13,6 +13,7 @@ use tungstenite::{Message, WebSocket};
 use wireloom::geometry::{Rotation, Vector};
 use wireloom::import::kbl::{Arrangement, Options, import};
 use wireloom::scenario::{NoFiles, render};
+use wireloom::session::Refusal;
 
 /// Distance of successive targets, m.
 const TARGET_SPACING: f64 = 0.005;
@@ -73,9 +74,15 @@ struct NoBackend;
 
 impl Backend for NoBackend {
     fn keep(&self, _: Option<&str>) {}
+    fn discard(&self, _: &str) {}
     fn open(&self, _: &str) -> Result<Studio, String> {
         Err("no draft is stored".to_owned())
     }
+
+    fn store_beside(&self, _: &str, _: &[u8]) -> Result<String, Refusal> {
+        Err(Refusal::new("no file is stored", ""))
+    }
+
     fn changed_outside(&self) -> Option<String> {
         None
     }
@@ -98,7 +105,7 @@ fn drag(text: &str) -> Result<Drag, String> {
     let studio = open(opened).map_err(|faults| render(text, &faults))?;
     let token = Token::random()?;
     let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| error.to_string())?;
-    let content = Content::Live(Live::new(studio, None, Box::new(NoBackend)));
+    let content = Content::Live(Live::new(studio, Vec::new(), Box::new(NoBackend)));
     let site = Site { page: String::new(), content, envelope: None };
     let server = Server::start(listener, "127.0.0.1", token.clone(), site).map_err(|error| error.to_string())?;
     let address = format!("ws://{}/socket?token={}", server.address(), token.digits());

@@ -9,16 +9,16 @@
 //! Quantities of a node: position x, y, z (m, world); d1 x, y, z; arc length (m); curvature (1/m); tension (N); bending
 //! moment (N m); torque (N m); clearance (m; NaN if unknown).
 
-use crate::protocol::Place;
+use crate::protocol::{Place, Placed};
 use serde::{Deserialize, Serialize};
 #[cfg(test)]
 use ts_rs::TS;
 use wireloom::StepResult;
-use wireloom::geometry::{Rotation, Vector, columns};
+use wireloom::geometry::{Pose, Rotation, Vector, columns};
 use wireloom::result::{BranchResult, ConstraintResult, JointResult, ObstacleResult};
 
 /// Number of quantities per node.
-pub const FLOATS: usize = 12;
+pub const FLOATS: usize = 14;
 
 /// Data of an increment, except its nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,16 +54,6 @@ pub struct Header {
     pub violations: Vec<Violation>,
     /// Energy by effect, J: total, stretch, shear, bend, twist, gravity, load, joint, constraint.
     pub energy: Vec<(String, f64)>,
-}
-
-/// A pose.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(TS))]
-pub struct Placed {
-    /// Position, m.
-    pub position: [f64; 3],
-    /// Orientation `[w, x, y, z]`.
-    pub orientation: [f64; 4],
 }
 
 /// An active constraint.
@@ -250,6 +240,8 @@ fn values(branch: &BranchResult, node: usize) -> [f64; FLOATS] {
         force.dot(&d3),
         (moment - d3 * torque).norm(),
         torque,
+        branch.strain_at(node),
+        0.5 * branch.diameter / branch.bend_radius[node],
         f64::NAN,
     ]
 }
@@ -259,6 +251,13 @@ impl Placed {
     pub fn at(position: &Vector, orientation: &Rotation) -> Self {
         let q = orientation;
         Self { position: (*position).into(), orientation: [q.w, q.i, q.j, q.k] }
+    }
+
+    /// The pose; `None` if a number is not finite, or the quaternion has the length 0.
+    pub(crate) fn pose(&self) -> Option<Pose> {
+        let orientation = wireloom::scenario::record::rotation(self.orientation)?;
+        let numbers = self.position.iter().chain(&self.orientation);
+        numbers.copied().all(f64::is_finite).then(|| Pose { position: self.position.into(), orientation })
     }
 
     fn joint(joint: &JointResult) -> Self {

@@ -5,12 +5,12 @@ use crate::frame::number;
 use crate::protocol::{self, FindingItem, Place, Used};
 use serde_json::Value as Json;
 use std::collections::HashMap;
-use wireloom::import::kbl::Imported;
+use wireloom::import::kbl::{ElementPlace, Imported};
 use wireloom::scenario::record::as_json;
 
 /// The findings and the use of the file `name`.
 pub fn of(imported: &Imported, name: &str) -> protocol::Imported {
-    let parts = Parts::of(&imported.scenario);
+    let parts = Parts::of(imported);
     let item = |words: &String| FindingItem { words: words.clone(), place: parts.named_in(words) };
     let findings = imported.findings.iter();
     let used = |own: &wireloom::import::kbl::Usage| Used {
@@ -24,7 +24,11 @@ pub fn of(imported: &Imported, name: &str) -> protocol::Imported {
     protocol::Imported {
         name: name.to_owned(),
         findings: findings
-            .map(|own| protocol::Finding { what: own.what.clone(), items: own.items.iter().map(item).collect() })
+            .map(|own| protocol::Finding {
+                what: own.what.clone(),
+                items: own.items.iter().map(item).collect(),
+                place: if own.items.is_empty() { parts.quoted_in(&own.what) } else { None },
+            })
             .collect(),
         usage: imported.usage.iter().map(used).collect(),
     }
@@ -41,11 +45,13 @@ struct Parts {
     names: HashMap<String, Place>,
     /// Of components at vertices, by name.
     components: HashMap<String, Place>,
+    /// Of elements of the file, by XML id.
+    elements: HashMap<String, Place>,
 }
 
 impl Parts {
-    fn of(scenario: &str) -> Self {
-        let json = as_json(scenario).unwrap_or_default();
+    fn of(imported: &Imported) -> Self {
+        let json = as_json(&imported.scenario).unwrap_or_default();
         let mut parts = Self::default();
         let mut vertices: HashMap<&str, Place> = HashMap::new();
         let mut branches: HashMap<&str, Place> = HashMap::new();
@@ -79,14 +85,25 @@ impl Parts {
             let at = text(entry, "vertex").and_then(|vertex| vertices.get(vertex));
             parts.components.extend(text(entry, "name").zip(at).map(|(name, at)| (name.to_owned(), at.clone())));
         }
+        let element = |place: &ElementPlace| match place {
+            ElementPlace::Vertex(name) => vertices.get(name.as_str()).cloned(),
+            ElementPlace::Branch(name) => branches.get(name.as_str()).cloned(),
+        };
+        let places = imported.places.iter();
+        parts.elements = places.filter_map(|(id, place)| Some((id.clone(), element(place)?))).collect();
         // Constraints go before vertices, these before branches.
         let named = branches.into_iter().chain(vertices).chain(constraints);
         parts.names = named.map(|(name, place)| (name.to_owned(), place)).collect();
         parts
     }
 
-    /// The part that an item of a finding names. Findings have names in backticks, XML ids as words, and in parentheses
-    /// what is at a node: `s1 f1 `clip-1` (175 mm)`, `n5 (spliceS S1)`.
+    /// The place of the element whose XML id stands in backticks: "Tube `id_3`: …".
+    fn quoted_in(&self, text: &str) -> Option<Place> {
+        text.split('`').skip(1).step_by(2).find_map(|id| self.elements.get(id)).cloned()
+    }
+
+    /// The part that an item of a finding names, or the place of the element. Findings have names in backticks, XML ids
+    /// as words, and in parentheses what is at a node: `s1 f1 `clip-1` (175 mm)`, `n5 (spliceS S1)`.
     fn named_in(&self, item: &str) -> Option<Place> {
         let quoted = || item.split('`').skip(1).step_by(2);
         let words = |text: &str| -> Vec<String> {
@@ -105,6 +122,8 @@ impl Parts {
             .or_else(|| quoted().filter(|_| is_name).filter_map(|name| self.names.get(name)).find(fits).cloned())
             .or_else(|| branch.clone())
             .or_else(|| words(inside()?).iter().find_map(|word| self.component(word)).cloned())
+            .or_else(|| find(&self.elements))
+            .or_else(|| self.quoted_in(item))
     }
 
     /// The component of a label, unless there are several: their names then have numbers.
@@ -145,10 +164,31 @@ mod tests {
         assert_eq!((stale.branch.as_deref(), stale.s), (Some("right"), None));
         let splice = place(&imported, "ends carry splices").place.clone().expect("splice S1 at node S");
         assert_eq!((splice.branch.as_deref(), splice.s), (Some("stub"), Some(0.03)));
+        let free = place(&imported, "ends carry no component").place.clone().expect("node n4");
+        assert_eq!((free.branch.as_deref(), free.s), (Some("right"), Some(0.25)), "an XML id alone");
         let unread = place(&imported, "parts of elements that are not read");
         assert_eq!((unread.words.as_str(), &unread.place), ("1 Bend_radius", &None));
         let segments = imported.usage.iter().find(|own| own.kind == "Segment").expect("segments");
         assert_eq!((segments.total, segments.used), (4, 4));
+    }
+
+    /// They led nowhere.
+    #[test]
+    fn findings_that_have_xml_ids_alone_lead_to_the_place_of_the_element() {
+        let file = Some(Source { name: "small.kbl".to_owned(), sha256: "0".repeat(64) });
+        let made = import(SMALL, &Options { file, ..Options::default() }).expect("KBL");
+        let items = ["w1", "tape1", "n3", "Wire_protection_occurrence `tape1`", "1 Bend_radius", "none"];
+        let items = items.map(str::to_owned).to_vec();
+        let sentence = "Wire_protection_occurrence `tape1`: it is impossible; left out".to_owned();
+        let findings = vec![Finding { what: "found".to_owned(), items }, Finding { what: sentence, items: Vec::new() }];
+        let found = of(&Imported { findings, ..made }, "small.kbl");
+        let branch = |place: &Option<Place>| place.as_ref().and_then(|place| place.branch.clone());
+        let branches: Vec<_> = found.findings[0].items.iter().map(|item| branch(&item.place)).collect();
+        let trunk = Some("trunk".to_owned());
+        assert_eq!(branches[..2], [trunk.clone(), trunk.clone()], "{:?}", found.findings);
+        assert!(branches[2].is_some() && found.findings[0].items[2].place.as_ref().is_some_and(|at| at.s.is_some()));
+        assert_eq!(branches[3..], [trunk.clone(), None, None], "{:?}", found.findings);
+        assert_eq!(branch(&found.findings[1].place), trunk);
     }
 
     #[test]

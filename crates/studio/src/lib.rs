@@ -41,6 +41,7 @@ mod tests {
         declare(protocol::Holding::decl());
         declare(protocol::List::decl());
         declare(protocol::PartKind::decl());
+        declare(protocol::StoredMesh::decl());
         declare(protocol::Start::decl());
         declare(protocol::Edit::decl());
         declare(protocol::Opening::decl());
@@ -65,6 +66,7 @@ mod tests {
         declare(protocol::TextFault::decl());
         declare(protocol::Document::decl());
         declare(protocol::StartPage::decl());
+        declare(protocol::OfferedDraft::decl());
         declare(protocol::Recent::decl());
         declare(protocol::Example::decl());
         declare(protocol::Contents::decl());
@@ -75,7 +77,7 @@ mod tests {
         declare(protocol::FindingItem::decl());
         declare(protocol::Used::decl());
         declare(protocol::Notice::decl());
-        declare(frame::Placed::decl());
+        declare(protocol::Placed::decl());
         declare(frame::ConstraintFrame::decl());
         declare(frame::ObstacleFrame::decl());
         declare(frame::Tightest::decl());

@@ -8,8 +8,8 @@
 mod start;
 
 pub use start::{
-    Arranged, Contents, Example, Finding, FindingItem, ImportFile, Imported, Module, NotOpened, Opening, Recent,
-    StartPage, Used,
+    Arranged, Contents, Example, Finding, FindingItem, ImportFile, Imported, Module, NotOpened, OfferedDraft, Opening,
+    Recent, StartPage, Used,
 };
 
 use serde::{Deserialize, Serialize};
@@ -119,8 +119,10 @@ pub enum Request {
         /// A number for the answer.
         number: u32,
     },
-    /// Accepts or discards the draft of an earlier session.
+    /// Accepts or discards a draft of an earlier session.
     Draft {
+        /// Its number.
+        number: u32,
         /// Whether to accept it.
         take: bool,
     },
@@ -178,6 +180,20 @@ pub enum Edit {
         /// Its name.
         name: String,
     },
+    /// Moves and turns an obstacle.
+    Move {
+        /// Its name.
+        obstacle: String,
+        /// Its pose in some frame.
+        from: Placed,
+        /// Where it shall be instead in that frame.
+        to: Placed,
+    },
+    /// Deletes several parts as one command.
+    DeleteAll {
+        /// Kinds and names of the parts.
+        parts: Vec<(PartKind, String)>,
+    },
     /// Splits a branch into two that meet in a joint.
     Split {
         /// Name of the branch.
@@ -199,6 +215,16 @@ pub enum Edit {
     },
 }
 
+/// A pose.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+pub struct Placed {
+    /// Position, m.
+    pub position: [f64; 3],
+    /// Orientation `[w, x, y, z]`.
+    pub orientation: [f64; 4],
+}
+
 /// A list of the scenario to which entries can be added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
@@ -212,8 +238,19 @@ pub enum List {
     Requirements,
 }
 
+/// Answer to a file with a surface that a page has sent to `surroundings/NAME`: it can be the `mesh` of an obstacle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct StoredMesh {
+    /// Its name beside the scenario's file.
+    pub file: String,
+    /// Whether its surface has borders, so that the obstacle needs `open = true`.
+    pub open: bool,
+}
+
 /// A kind of parts that a page renames and deletes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(TS))]
 #[serde(rename_all = "snake_case")]
 pub enum PartKind {
@@ -278,10 +315,10 @@ pub enum Notice {
         /// A hint.
         help: String,
     },
-    /// There is a draft of an earlier session.
-    Draft {
-        /// Time of storage (RFC 3339); none if there is no draft any more.
-        written: Option<String>,
+    /// Drafts of earlier sessions; none if there is no such draft any more.
+    Drafts {
+        /// The drafts, the newest first.
+        drafts: Vec<OfferedDraft>,
     },
     /// A copy of the current scenario.
     Saved {

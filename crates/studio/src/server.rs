@@ -5,6 +5,7 @@
 //! | `/?token=…` | the page |
 //! | `/socket?token=…` | WebSocket of a session ([`crate::protocol`]) |
 //! | `/export/NAME?token=…` | a file that a run would write |
+//! | `/surroundings/NAME?token=…` | takes a file with the surface of an obstacle |
 //!
 //! All input is treated as hostile. Without the token, or with a wrong `Host` or `Origin` (a page of another site in
 //! the user's browser), a client gets no information. Connections, message sizes, rates and send queues are bounded.
@@ -15,6 +16,7 @@ mod live;
 mod socket;
 mod start;
 mod state;
+mod surroundings;
 mod tab;
 mod token;
 
@@ -27,7 +29,7 @@ use axum::Router;
 use axum::extract::{Extension, Path, State};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
@@ -188,6 +190,7 @@ fn routes(state: Arc<ServerState>, peer: Arc<Peer>) -> Router {
         .route("/socket", get(tab::open))
         .route("/export/{*name}", get(export))
         .route("/envelope", get(envelope))
+        .route("/surroundings/{name}", post(surroundings::store))
         .layer(axum::middleware::from_fn_with_state(state.clone(), guard::guard))
         .layer(Extension(peer))
         .with_state(state)

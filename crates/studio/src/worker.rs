@@ -19,7 +19,7 @@ use wireloom::Run;
 use wireloom::harness::Obstacle;
 use wireloom::result::Outcome as RunOutcome;
 use wireloom::scenario::Fault;
-use wireloom::session::Monitor;
+use wireloom::session::{Monitor, Refusal};
 
 /// Largest number of queued requests; a page has only a few in flight.
 const MAX_QUEUED: usize = 256;
@@ -171,6 +171,14 @@ impl Studio {
     /// Checks a text, on the thread of the caller.
     pub(crate) fn check(&self, text: &str, number: u32) -> Notice {
         Notice::Checked { number: Some(number), faults: text_faults(text, &self.known.check(text)) }
+    }
+
+    /// Whether the surface in a file has borders, on the thread of the caller.
+    ///
+    /// # Errors
+    /// Why it can be no obstacle.
+    pub(crate) fn has_borders(&self, name: &str, bytes: Vec<u8>) -> Result<bool, Refusal> {
+        self.known.has_borders(name, bytes)
     }
 
     /// Sends a notice to every tab.

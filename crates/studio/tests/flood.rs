@@ -69,7 +69,7 @@ fn threads() -> usize {
 #[cfg(target_os = "linux")]
 #[test]
 fn ten_thousand_malformed_messages_of_fifty_clients_do_no_harm() {
-    let served = Served::new(None, MemoryBackend::default());
+    let served = Served::new(MemoryBackend::default());
     let mut good = served.tab();
     good.rest();
     let round = || {

@@ -8,10 +8,10 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use wireloom_studio::protocol::{Contents, Holding, ImportFile, NotOpened, Notice, Opening, Request, StartPage};
-use wireloom_studio::server::{Content, DraftOffer, Live, Server, Site, Start, Starter, Token, not_opened};
+use wireloom_studio::server::{Content, Live, Server, Site, Start, Starter, Token, not_opened};
 
 fn served() -> Served {
-    Served::new(None, MemoryBackend::default())
+    Served::new(MemoryBackend::default())
 }
 
 fn status(answer: &str) -> &str {
@@ -50,6 +50,33 @@ fn only_who_knows_the_token_is_let_in() {
     assert_eq!(served.connect("token=0", None).err(), Some(403));
     assert_eq!(served.connect("", None).err(), Some(403));
     assert!(served.connect(&served.query(), None).is_ok(), "a program of its own says no Origin");
+    assert!(served.server.stop(), "nothing is left");
+}
+
+#[test]
+fn files_with_surfaces_are_stored_and_what_is_none_is_refused_with_its_reason() {
+    let served = served();
+    let post = |name: &str, content: &str| {
+        served.post_own(&format!("/surroundings/{name}?{}", served.query()), content.as_bytes())
+    };
+    let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"].map(|corner| format!("v {corner}\n")).concat();
+    let closed = format!("{corners}f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    let stored = post("wedge.obj", &closed);
+    assert_eq!(status(&stored), "200", "{stored}");
+    assert!(stored.ends_with(&format!("{{\"file\":\"{}-wedge.obj\",\"open\":false}}", closed.len())), "{stored}");
+    let sheet = post("a%20sheet.obj", &format!("{corners}f 1 3 2\n"));
+    assert!(sheet.contains("a sheet.obj\",\"open\":true"), "{sheet}");
+    for (name, content, says) in [
+        ("wedge.png", "", "is of no known format"),
+        ("wedge.stl", "solid", "cannot be read as STL"),
+        ("wedge.glb", "glTF", "cannot be read as glTF"),
+    ] {
+        let refused = post(name, content);
+        assert_eq!(status(&refused), "422", "{refused}");
+        assert!(refused.contains(says), "{refused}");
+    }
+    let stranger = served.post_own("/surroundings/wedge.obj?token=0", closed.as_bytes());
+    assert_eq!(status(&stranger), "403", "{stranger}");
     assert!(served.server.stop(), "nothing is left");
 }
 
@@ -113,7 +140,7 @@ fn tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
 #[test]
 fn pages_are_told_of_the_end_and_the_draft_is_kept() {
     let backend = MemoryBackend::default();
-    let served = Served::new(None, backend.clone());
+    let served = Served::new(backend.clone());
     let (mut tab, mut other) = (served.tab(), served.tab());
     tab.rest();
     tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
@@ -131,70 +158,62 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
     assert!(draft.contains("[[steps]]") && wireloom::load(&draft, &wireloom::registry()).is_ok(), "{draft}");
 }
 
+/// Number and time of the drafts that are offered.
+fn drafts(notice: Notice) -> Option<Vec<u32>> {
+    let Notice::Drafts { drafts } = notice else { return None };
+    Some(drafts.iter().map(|draft| draft.number).collect())
+}
+
 #[test]
-fn a_draft_is_offered_and_taken_up_or_discarded() {
-    let offer = |text: &str| Some(DraftOffer { text: text.to_owned(), written: "2026-11-21T20:00:00Z".into() });
-    let backend = MemoryBackend(Arc::new(Mutex::new(Some("an older draft".into()))));
+fn drafts_are_offered_and_each_is_taken_up_or_discarded() {
+    let backend = MemoryBackend::default();
     let text = TEXT.replace("1 m", "1.25 m");
-    let served = Served::new(offer(&text), backend.clone());
+    let earlier = || backend.1.lock().expect("not poisoned").clone();
+    *backend.1.lock().expect("not poisoned") = vec!["schema = ".into(), text.clone(), "third".into()];
+    let served = Served::new(backend.clone());
     let mut tab = served.tab();
-    let draft = |notice| if let Notice::Draft { written } = notice { Some(written) } else { None };
-    assert_eq!(tab.until(draft).as_deref(), Some("2026-11-21T20:00:00Z"));
-    tab.ask(&Request::Draft { take: true });
+    assert_eq!(tab.until(drafts), [0, 1, 2]);
+    tab.ask(&Request::Draft { number: 0, take: true });
+    tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
+    tab.ask(&Request::Draft { number: 0, take: false });
+    assert_eq!(tab.until(drafts), [1, 2]);
+    assert_eq!(earlier(), [text.clone(), "third".to_owned()]);
+    tab.ask(&Request::Draft { number: 1, take: true });
     let length = tab.until(|notice| match notice {
         Notice::Scene(scene) if (scene.branches[0].length - 1.0).abs() > 1e-9 => Some(scene.branches[0].length),
         _ => None,
     });
     assert!((length - 1.25).abs() < 1e-9);
-    // The session has ended for other tabs too, and for later ones.
-    tab.ask(&Request::Draft { take: false });
+    // That is the session for other tabs too, and for later ones.
+    tab.ask(&Request::Draft { number: 1, take: false });
     tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
     assert!(served.server.stop(), "nothing is left");
-    assert_eq!(backend.0.lock().expect("not poisoned").as_deref(), Some("an older draft"), "not saved yet");
-
-    let served = Served::new(offer("schema = "), backend.clone());
-    let mut tab = served.tab();
-    assert!(tab.until(draft).is_some());
-    tab.ask(&Request::Draft { take: true });
-    tab.until(|notice| matches!(notice, Notice::Refused { .. }).then_some(()));
-    tab.ask(&Request::Draft { take: false });
-    assert_eq!(tab.until(draft), None);
-    assert_eq!(*backend.0.lock().expect("not poisoned"), None);
-    assert!(served.server.stop(), "nothing is left");
+    assert_eq!(*backend.0.lock().expect("not poisoned"), Some(text), "it is that of this session now");
+    assert_eq!(earlier(), ["third"]);
 }
 
-/// The first change of a session replaced the draft that was offered, and the offer went without an answer.
+/// Until somebody had answered the offered draft, that of the session was not kept.
 #[test]
-fn an_offered_draft_stays_until_it_is_answered_and_replaces_no_changes() {
-    let backend = MemoryBackend(Arc::new(Mutex::new(Some("an older draft".into()))));
-    let kept = || backend.0.lock().expect("not poisoned").clone();
-    let changed = || {
-        let offer = DraftOffer { text: TEXT.replace("1 m", "1.25 m"), written: "2026-11-21T20:00:00Z".into() };
-        let served = Served::new(Some(offer), backend.clone());
-        let mut tab = served.tab();
-        tab.rest();
-        tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
-        tab.ask(&Request::Drop { constraint: "plug-B".into() });
-        tab.until(|notice| match notice {
-            Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => {
-                Some(())
-            }
-            _ => None,
-        });
-        (served, tab)
-    };
-    let (served, mut tab) = changed();
-    tab.ask(&Request::Draft { take: true });
+fn a_session_keeps_its_draft_beside_those_that_nobody_has_answered() {
+    let backend = MemoryBackend::default();
+    *backend.1.lock().expect("not poisoned") = vec![TEXT.replace("1 m", "1.25 m")];
+    let served = Served::new(backend.clone());
+    let mut tab = served.tab();
+    tab.rest();
+    tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
+    tab.ask(&Request::Drop { constraint: "plug-B".into() });
+    tab.until(|notice| match notice {
+        Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => Some(()),
+        _ => None,
+    });
+    // It replaces no changes.
+    tab.ask(&Request::Draft { number: 0, take: true });
     let why = tab.until(|notice| if let Notice::Refused { message, .. } = notice { Some(message) } else { None });
     assert!(why.contains("unsaved changes"), "{why}");
     assert!(served.server.stop(), "nothing is left");
-    assert_eq!(kept().as_deref(), Some("an older draft"));
-
-    let (served, mut tab) = changed();
-    tab.ask(&Request::Draft { take: false });
-    tab.until(|notice| matches!(notice, Notice::Draft { written: None }).then_some(()));
-    assert!(served.server.stop(), "nothing is left");
-    assert!(kept().is_some_and(|draft| draft.contains("[[steps]]")), "that of the session is kept from then on");
+    let kept = backend.0.lock().expect("not poisoned").clone();
+    assert!(kept.is_some_and(|draft| draft.contains("[[steps]]")));
+    assert_eq!(backend.1.lock().expect("not poisoned").len(), 1, "and that stays");
 }
 
 #[test]
@@ -250,7 +269,7 @@ fn a_server_that_ends_within_an_increment_leaves_no_thread_behind() {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let token = Token::random().expect("random numbers");
     let studio = common::session(&endless.replace("segments = 40", "segments = 1000"), false).expect("no faults");
-    let live = Live::new(studio, None, Box::new(MemoryBackend::default()));
+    let live = Live::new(studio, vec![], Box::new(MemoryBackend::default()));
     let site = Site { page: String::new(), content: Content::Live(live), envelope: None };
     let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
     std::thread::sleep(Duration::from_millis(300));
@@ -270,7 +289,14 @@ struct OneExample(Arc<Mutex<usize>>);
 impl Starter for OneExample {
     fn page(&self) -> StartPage {
         let (recent, examples) = (Vec::new(), Vec::new());
-        StartPage { program: "wireloom".into(), folder: "/".into(), recent, examples, draft: None, largest_import: 1 }
+        StartPage {
+            program: "wireloom".into(),
+            folder: "/".into(),
+            recent,
+            examples,
+            drafts: vec![],
+            largest_import: 1,
+        }
     }
 
     fn contents(&self, _: &ImportFile) -> Result<Contents, NotOpened> {
@@ -282,15 +308,15 @@ impl Starter for OneExample {
             return Err(not_opened("there is no such example", "", "", &[]));
         }
         *self.0.lock().expect("not poisoned") += 1;
-        let live = Live::new(common::session(TEXT, false).expect("no faults"), None, Box::<MemoryBackend>::default());
+        let live = Live::new(common::session(TEXT, false).expect("no faults"), vec![], Box::<MemoryBackend>::default());
         Ok(Site { page: "<html>page</html>".into(), content: Content::Live(live), envelope: None })
     }
 
-    fn restore(&self) -> Result<Site, NotOpened> {
+    fn restore(&self, _: u32) -> Result<Site, NotOpened> {
         Err(not_opened("there is no draft", "", "", &[]))
     }
 
-    fn discard(&self) {}
+    fn discard(&self, _: u32) {}
 }
 
 fn start_page(starter: &OneExample) -> Served {

@@ -8,6 +8,7 @@ mod delete;
 pub(super) mod entries;
 mod lengths;
 mod part;
+mod pose;
 mod rename;
 mod split;
 #[cfg(test)]
@@ -28,6 +29,7 @@ use split::split;
 use std::collections::BTreeSet;
 use toml_edit::{DocumentMut, InlineTable, Item, Value};
 use wildmatch::WildMatch;
+use wireloom_core::{Rotation, Vector};
 
 /// A branch to be added.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +85,31 @@ fn in_order(list: &str, entry: InlineTable) -> InlineTable {
     let mut all: Vec<(String, Value)> = entry.into_iter().map(|(key, value)| (key.to_string(), value)).collect();
     all.sort_by_key(|(name, _)| place(name));
     all.into_iter().collect()
+}
+
+/// The text in which an obstacle has another position (m), another orientation, or both.
+///
+/// # Errors
+/// If the text is not TOML, or has no such obstacle.
+pub fn with_pose(
+    text: &str,
+    obstacle: &str,
+    position: Option<&Vector>,
+    orientation: Option<&Rotation>,
+) -> Result<String, Fault> {
+    let mut document = document(text)?;
+    let there = names(&document, Part::Obstacle);
+    let mut own = list(document.as_table_mut(), "obstacles");
+    let Some(entry) = own.iter_mut().find(|own| is(**own, "name", obstacle)) else {
+        return Err(unknown(text, Part::Obstacle, obstacle, &there));
+    };
+    if let Some(position) = position {
+        pose::set_position(*entry, position);
+    }
+    if let Some(orientation) = orientation {
+        pose::set_orientation(*entry, orientation);
+    }
+    Ok(document.to_string())
 }
 
 /// The text in which a part has another name, everywhere where it is meant.

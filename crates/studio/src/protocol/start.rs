@@ -18,10 +18,21 @@ pub struct StartPage {
     pub recent: Vec<Recent>,
     /// Examples that are part of the program.
     pub examples: Vec<Example>,
-    /// When the draft of a session without a file was stored (RFC 3339); none if there is none.
-    pub draft: Option<String>,
+    /// Drafts of sessions without a file, the newest first.
+    pub drafts: Vec<OfferedDraft>,
     /// Largest file that a page may give to be imported, bytes. A larger one is opened by its path.
     pub largest_import: u32,
+}
+
+/// A draft of an earlier session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct OfferedDraft {
+    /// Its number, as long as this server runs.
+    pub number: u32,
+    /// Time of storage (RFC 3339).
+    pub written: String,
 }
 
 /// A file or folder that was open.
@@ -180,6 +191,8 @@ pub struct Finding {
     pub what: String,
     /// The places.
     pub items: Vec<FindingItem>,
+    /// The place of the element that the sentence names; none if there are items.
+    pub place: Option<Place>,
 }
 
 /// A place of a finding.

@@ -1,16 +1,19 @@
-//! The session behind the page, and its draft: unsaved changes are stored at intervals and offered to the next session
-//! of the same scenario.
+//! The session behind the page, and its draft: unsaved changes are stored at intervals and offered to later sessions of
+//! the same scenario, beside those of other sessions that nobody has restored or discarded.
 
 use crate::Studio;
-use crate::protocol::Notice;
+use crate::protocol::{Notice, StoredMesh};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
 /// Operations that the server leaves to the program: files, and opening scenarios.
 pub trait Backend: Send + Sync {
-    /// Stores the draft of the scenario in place of the one before; `None` deletes that.
+    /// Stores the draft of this session in place of the one before; `None` deletes that.
     fn keep(&self, draft: Option<&str>);
+
+    /// Deletes the draft of an earlier session with this text.
+    fn discard(&self, draft: &str);
 
     /// Opens a session with the text of a draft.
     ///
@@ -18,11 +21,17 @@ pub trait Backend: Send + Sync {
     /// Message why the text cannot be used.
     fn open(&self, draft: &str) -> Result<Studio, String>;
 
-    /// Whether the draft of an earlier session is still one of this scenario: not since that was saved under another
+    /// Whether the drafts of earlier sessions are still some of this scenario: not since that was saved under another
     /// name.
     fn still_offers(&self) -> bool {
         true
     }
+
+    /// Stores a file beside the scenario's. Returns its name there: another one where a different file has that name.
+    ///
+    /// # Errors
+    /// If the scenario has no file, the name is none of a file, or the system refuses.
+    fn store_beside(&self, name: &str, bytes: &[u8]) -> Result<String, wireloom::session::Refusal>;
 
     /// Name of the scenario's file, if another program has changed it since the last call.
     fn changed_outside(&self) -> Option<String>;
@@ -31,8 +40,8 @@ pub trait Backend: Send + Sync {
     fn export(&self, studio: &Studio, name: &str) -> Option<Vec<u8>>;
 }
 
-/// A draft from an earlier session.
-#[derive(Clone, Debug)]
+/// A draft of an earlier session.
+#[derive(Clone, Debug, PartialEq)]
 pub struct DraftOffer {
     /// Its text.
     pub text: String,
@@ -43,8 +52,9 @@ pub struct DraftOffer {
 /// A session and its draft.
 pub struct Live {
     studio: watch::Sender<Arc<Studio>>,
-    offer: watch::Sender<Option<DraftOffer>>,
-    /// The draft as last stored.
+    /// Drafts of earlier sessions, with their numbers.
+    offers: watch::Sender<Vec<(u32, DraftOffer)>>,
+    /// The draft of this session as last stored.
     kept: Mutex<Option<Arc<str>>>,
     backend: Box<dyn Backend>,
     /// What every page is told when it connects.
@@ -52,11 +62,11 @@ pub struct Live {
 }
 
 impl Live {
-    /// A session; `offer`: the draft of an earlier one.
-    pub fn new(studio: Studio, offer: Option<DraftOffer>, backend: Box<dyn Backend>) -> Self {
+    /// A session; `offers`: the drafts of earlier ones.
+    pub fn new(studio: Studio, offers: Vec<DraftOffer>, backend: Box<dyn Backend>) -> Self {
         Self {
             studio: watch::Sender::new(Arc::new(studio)),
-            offer: watch::Sender::new(offer),
+            offers: watch::Sender::new((0..).zip(offers).collect()),
             kept: Mutex::new(None),
             backend,
             first: Vec::new(),
@@ -85,20 +95,21 @@ impl Live {
         self.studio.borrow().clone()
     }
 
-    /// The offered draft, until it is accepted or discarded, or the scenario is saved under another name.
-    pub(super) fn offer(&self) -> watch::Receiver<Option<DraftOffer>> {
-        self.offer.subscribe()
+    /// The offered drafts: each until it is accepted or discarded, all until the scenario is saved under another name.
+    pub(super) fn offers(&self) -> watch::Receiver<Vec<(u32, DraftOffer)>> {
+        self.offers.subscribe()
     }
 
-    /// Accepts or discards the offered draft.
+    /// Accepts or discards an offered draft.
     ///
     /// # Errors
-    /// If there is no draft any more, if it cannot be used, or if it would replace unsaved changes.
-    pub(super) fn decide_draft(&self, take: bool) -> Result<(), Refusal> {
+    /// If there is no such draft any more, if it cannot be used, or if it would replace unsaved changes.
+    pub(super) fn decide_draft(&self, number: u32, take: bool) -> Result<(), Refusal> {
         // Locked to the end: another tab's decision comes too late.
         let mut kept = self.kept();
         self.withdraw_if_old();
-        let Some(offer) = self.offer.borrow().clone() else {
+        let offer = self.offers.borrow().iter().find(|(own, _)| *own == number).map(|(_, offer)| offer.clone());
+        let Some(offer) = offer else {
             let help = "another page has accepted or discarded it, or the scenario was saved under another name";
             return Err(refused("there is no draft any more", help));
         };
@@ -111,17 +122,27 @@ impl Live {
                 refused(&format!("the draft cannot be used: {message}"), "it is kept until it is discarded")
             })?;
             self.studio.send_replace(Arc::new(studio)).close();
-            *kept = Some(offer.text.into());
-        } else {
-            self.backend.keep(None);
+            // From now on it is the draft of this session.
+            self.backend.keep(Some(&offer.text));
+            *kept = Some(offer.text.as_str().into());
         }
-        self.offer.send_replace(None);
+        self.backend.discard(&offer.text);
+        self.offers.send_modify(|offers| offers.retain(|(own, _)| *own != number));
         Ok(())
     }
 
     /// The exported file of this name; `None` if there is none.
     pub(super) fn export(&self, name: &str) -> Option<Vec<u8>> {
         self.backend.export(&self.now(), name)
+    }
+
+    /// Stores a file with the surface of an obstacle beside the scenario's, if it is one.
+    ///
+    /// # Errors
+    /// Why it is none, or cannot be stored.
+    pub(super) fn store_mesh(&self, name: &str, bytes: Vec<u8>) -> Result<StoredMesh, wireloom::session::Refusal> {
+        let open = self.now().has_borders(name, bytes.clone())?;
+        Ok(StoredMesh { file: self.backend.store_beside(name, &bytes)?, open })
     }
 
     /// Stores the draft, if it has changed; tells the pages if another program has changed the file.
@@ -131,10 +152,6 @@ impl Live {
         }
         let mut kept = self.kept();
         self.withdraw_if_old();
-        // Nothing replaces the offered draft before a user has answered.
-        if self.offer.borrow().is_some() {
-            return;
-        }
         let draft = self.now().draft();
         if *kept == draft {
             return;
@@ -143,10 +160,10 @@ impl Live {
         *kept = draft;
     }
 
-    /// Offers the draft no longer if it is none of this scenario any more.
+    /// Offers no drafts any more if they are none of this scenario any more.
     fn withdraw_if_old(&self) {
         if !self.backend.still_offers() {
-            self.offer.send_if_modified(|offer| offer.take().is_some());
+            self.offers.send_if_modified(|offers| !std::mem::take(offers).is_empty());
         }
     }
 

@@ -66,14 +66,14 @@ pub trait Starter: Send + Sync {
     /// Why that cannot be opened.
     fn open(&self, what: Opening) -> Result<Site, NotOpened>;
 
-    /// Opens a session with the draft that the page offers.
+    /// Opens a session with a draft that the page offers.
     ///
     /// # Errors
     /// Why it cannot be opened.
-    fn restore(&self) -> Result<Site, NotOpened>;
+    fn restore(&self, number: u32) -> Result<Site, NotOpened>;
 
-    /// Deletes that draft.
-    fn discard(&self);
+    /// Deletes such a draft.
+    fn discard(&self, number: u32);
 }
 
 /// Says that nothing was opened, and which faults a text has.
@@ -149,9 +149,9 @@ impl Start {
         }
         let done = match request {
             Request::Open { what } => self.open(|starter| starter.open(what)).map(|()| None),
-            Request::Draft { take: true } => self.open(|starter| starter.restore()).map(|()| None),
-            Request::Draft { take: false } => {
-                self.starter.discard();
+            Request::Draft { number, take: true } => self.open(|starter| starter.restore(number)).map(|()| None),
+            Request::Draft { number, take: false } => {
+                self.starter.discard(number);
                 Ok(Some(Notice::StartPage(self.starter.page())))
             }
             Request::Contents { file } => self.starter.contents(&file).map(|found| Some(Notice::Contents(found))),

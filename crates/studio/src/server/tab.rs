@@ -1,12 +1,12 @@
 //! One tab: a WebSocket between a page and the session.
 
 use super::admission::Peer;
-use super::live::{Live, Refusal, refused};
+use super::live::{DraftOffer, Live, Refusal, refused};
 use super::socket::{Asked, Disconnect, RateLimiter, SEND_TIMEOUT, read, send, send_answer, send_notice};
 use super::start;
 use super::state::{Content, ServerState, ended};
 use crate::exports;
-use crate::protocol::{Notice, Request, Scene};
+use crate::protocol::{Notice, OfferedDraft, Request, Scene};
 use crate::session::{MAX_FILE, MAX_TEXT};
 use crate::{Studio, Subscription, TabMessage};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade, close_code};
@@ -94,15 +94,15 @@ async fn relay_session(
     limiter: &mut RateLimiter,
 ) -> Result<Infallible, Disconnect> {
     let mut ending = state.ending.clone();
-    let (mut studio, mut offer) = (live.studio(), live.offer());
+    let (mut studio, mut offers) = (live.studio(), live.offers());
     let wake = Arc::new(Notify::new());
     let mut tab_handle = TabHandle::take(studio.borrow_and_update().clone(), &wake);
     let mut malformed = 0;
     for notice in live.first() {
         send_notice(socket, notice).await?;
     }
-    if offer.borrow_and_update().is_some() {
-        offer.mark_changed();
+    if !offers.borrow_and_update().is_empty() {
+        offers.mark_changed();
     }
     loop {
         tokio::select! {
@@ -131,9 +131,12 @@ async fn relay_session(
                 wake.notify_one();
             }
             _ = studio.changed() => tab_handle = TabHandle::take(studio.borrow_and_update().clone(), &wake),
-            _ = offer.changed() => {
-                let written = offer.borrow_and_update().as_ref().map(|offer| offer.written.clone());
-                send_notice(socket, &Notice::Draft { written }).await?;
+            _ = offers.changed() => {
+                let offered = |(number, offer): &(u32, DraftOffer)| {
+                    OfferedDraft { number: *number, written: offer.written.clone() }
+                };
+                let drafts = offers.borrow_and_update().iter().map(offered).collect();
+                send_notice(socket, &Notice::Drafts { drafts }).await?;
             }
             () = ended(&mut ending) => return Err(Disconnect::Closed(close_code::AWAY, "the server ends")),
         }
@@ -147,9 +150,9 @@ async fn handle_request(
     state: Arc<ServerState>,
 ) -> Result<Option<Notice>, Refusal> {
     match request {
-        Request::Draft { take } => {
+        Request::Draft { number, take } => {
             // Opening another session takes a while.
-            let decided = tokio::task::spawn_blocking(move || state.live().map(|live| live.decide_draft(take)));
+            let decided = tokio::task::spawn_blocking(move || state.live().map(|live| live.decide_draft(number, take)));
             match decided.await {
                 Ok(Some(Err(refusal))) => Err(refusal),
                 Ok(_) => Ok(None),

@@ -5,7 +5,7 @@ use super::Session;
 use super::known::{MAX_TEXT, SessionFiles, text_faults, too_large};
 use super::mesh::Mesh;
 use super::snapshot::{Snapshot, StepEnd, StepFrames};
-use crate::protocol::{Document, Edit, List, Notice, PartKind, Start};
+use crate::protocol::{Document, Edit, List, Notice, PartKind, Placed, Start};
 use serde_json::Value as Json;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -17,6 +17,10 @@ use wireloom::session::{DrivenHarness, Refusal};
 
 /// Keys at the top level that no equilibrium before a changed step depends on.
 const WITHOUT_EFFECT: [&str; 4] = ["steps", "name", "sweep", "optimise"];
+
+/// Poses of an obstacle that differ by less are the same one, m and rad.
+const SAME_PLACE: f64 = 1e-6;
+const SAME_DIRECTION: f64 = 1e-6;
 
 impl Session {
     /// The text for pages, if it has changed since the last call.
@@ -98,6 +102,8 @@ impl Session {
                 let part = kind(*part);
                 (format!("delete {} {name}", part.word()), structure::without_part(text, part, name)?)
             }
+            Edit::DeleteAll { parts } => without_all(text, parts)?,
+            Edit::Move { obstacle, from, to } => self.moved(text, obstacle, from, to)?,
             Edit::Split { branch, s } => {
                 let second = structure::unused_name(text, Part::Branch, &format!("{branch} 2"))?;
                 let joint = structure::unused_name(text, Part::Vertex, &format!("{branch} joint"))?;
@@ -115,6 +121,25 @@ impl Session {
                 (format!("add branch {}", new.name), structure::with_branch(text, &new)?)
             }
         })
+    }
+
+    /// The command by which an obstacle that is at one pose in a frame would be at another one there. A mechanism may
+    /// have carried it to the first one, from where the text has it.
+    fn moved(&self, text: &str, name: &str, from: &Placed, to: &Placed) -> Result<(String, String), Refusal> {
+        let [from, to] = [from, to].map(Placed::pose);
+        let (Some(from), Some(to)) = (from, to) else {
+            return Err(Refusal::new("a pose has a quaternion of length 0 or a number that is not finite", ""));
+        };
+        let own = self.now.harness.network.obstacles.iter().find(|own| own.name == name);
+        let own = own.ok_or_else(|| Refusal::new(format!("there is no obstacle {name:?}"), "choose another one"))?;
+        let pose = own.pose.compose(&from.inverse().compose(&to));
+        let moves = (pose.position - own.pose.position).norm() > SAME_PLACE;
+        let turns = pose.orientation.angle_to(&own.pose.orientation) > SAME_DIRECTION;
+        let label = format!("{} obstacle {name}", if turns { "turn" } else { "move" });
+        // As a person would write it, to a hundredth of a millimetre.
+        let place = pose.position.map(|x| (x * 1e5).round() / 1e5);
+        let (position, orientation) = (moves.then_some(&place), turns.then_some(&pose.orientation));
+        Ok((label, structure::with_pose(text, name, position, orientation)?))
     }
 
     /// Carries out another text, from the first step that differs if nothing before it does, else from the start.
@@ -192,6 +217,22 @@ fn told(text: &str, faults: &[Fault]) -> Refusal {
     let (line, column) = first.position(text);
     let more = if faults.len() > 1 { format!(" (and {} more faults)", faults.len() - 1) } else { String::new() };
     Refusal::new(format!("line {line}, column {column}: {}{more}", first.message), first.help.clone())
+}
+
+/// The command that deletes parts. Branches go last: with them go their constraints, which may be among the others.
+fn without_all(text: &str, parts: &[(PartKind, String)]) -> Result<(String, String), Refusal> {
+    let mut given: Vec<&(PartKind, String)> = parts.iter().collect();
+    given.sort_by_key(|(part, name)| (*part == PartKind::Branch, *part, name));
+    given.dedup();
+    let [first, rest @ ..] = &given[..] else {
+        return Err(Refusal::new("there is nothing to delete", "choose parts first"));
+    };
+    let label = match rest.len() {
+        0 => format!("delete {} {}", kind(first.0).word(), first.1),
+        more => format!("delete {} parts", more + 1),
+    };
+    let delete = |text: String, (part, name): &(PartKind, String)| structure::without_part(&text, kind(*part), name);
+    Ok((label, given.into_iter().try_fold(text.to_owned(), delete)?))
 }
 
 fn kind(part: PartKind) -> Part {

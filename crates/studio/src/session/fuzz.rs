@@ -66,18 +66,23 @@ const MESSAGES: [&str; 5] = [
 {"do":"set","key":"branches.b.segments","value":8}
 {"do":"hold","branch":"b","s":0.1,"how":"collar"}
 {"do":"target","constraint":"plug","position":[0,0,0.2]}
-{"do":"draft","take":false}
+{"do":"draft","number":0,"take":false}
 "#,
-    r#"{"do":"edit","edit":{"is":"put","key":"branches.b.length","value":"420 mm"}}
+    concat!(
+        r#"{"do":"edit","edit":{"is":"put","key":"branches.b.length","value":"420 mm"}}
 {"do":"edit","edit":{"is":"split","branch":"b","s":0.2}}
 {"do":"edit","edit":{"is":"branch","name":"c","from":{"point":{"branch":"b","s":0.1}},"section":"s","length":0.1}}
 {"do":"edit","edit":{"is":"branch","name":"d","from":{"end":"B"},"section":"s","length":"100 mm"}}
 {"do":"edit","edit":{"is":"rename","part":"branch","name":"b","to":"b.1"}}
 {"do":"edit","edit":{"is":"delete","part":"constraint","name":"plug"}}
 {"do":"edit","edit":{"is":"add","list":"obstacles","entry":{"name":"o","shape":"box","size":[0.1,0.1,0.1]}}}
+{"do":"edit","edit":{"is":"move","obstacle":"o","from":{"position":[0,0,0],"orientation":[1,0,0,0]},"#,
+        r#""to":{"position":[0,1,0],"orientation":[1,1,0,0]}}}
 {"do":"edit","edit":{"is":"remove","key":"steps.lift.move.plug"}}
+{"do":"edit","edit":{"is":"delete_all","parts":[["obstacle","o"],["constraint","plug"]]}}
 {"do":"apply","text":"schema = 1","base":1}
-"#,
+"#
+    ),
     r#"{"do":"store","name":"z.toml","replace":false}
 {"do":"set","key":"branches.b.segments","value":8}
 {"do":"store","name":null,"replace":true}

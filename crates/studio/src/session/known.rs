@@ -5,9 +5,11 @@ use crate::frame::number;
 use crate::protocol::TextFault;
 use std::sync::{Arc, Mutex, PoisonError};
 use wireloom::Registry;
+use wireloom::harness::ShapeFile;
+use wireloom::parts::{Parameters, ShapeSpec, Value};
 use wireloom::scenario::record::{Written, with_steps};
 use wireloom::scenario::{Fault, Files, NoFiles, Places};
-use wireloom::session::{DrivenHarness, Monitor};
+use wireloom::session::{DrivenHarness, Monitor, Refusal};
 
 /// Largest text that is taken, bytes: a harness of some thousand branches.
 pub(crate) const MAX_TEXT: usize = 4 << 20;
@@ -65,6 +67,23 @@ impl Known {
         let text = with_steps(text, 0, &[equilibrium]).map_err(|fault| vec![fault])?;
         let harness = load(&text)?;
         Ok((text, harness))
+    }
+
+    /// Whether the surface in a file has borders. STEP files say their unit; of others it does not matter here.
+    ///
+    /// # Errors
+    /// Why it can be no obstacle.
+    pub(crate) fn has_borders(&self, name: &str, bytes: Vec<u8>) -> Result<bool, Refusal> {
+        let kind = self.registry.shape("mesh");
+        let kind = kind.ok_or_else(|| Refusal::new("no kind of obstacle is a mesh", "register the shape `mesh`"))?;
+        let spec = ShapeSpec { file: Some(ShapeFile { name: name.to_owned(), bytes, scale: 1.0 }) };
+        let open = Parameters([("open".to_owned(), Value::Flag(true))].into());
+        match (kind.build)(&spec, &Parameters::default()) {
+            Ok(_) => Ok(false),
+            // A sheet is none either if it cannot be read.
+            Err(_) if (kind.build)(&spec, &open).is_ok() => Ok(true),
+            Err(error) => Err(Refusal::new(error.message, error.help)),
+        }
     }
 
     /// The faults of a text; none if it is valid.

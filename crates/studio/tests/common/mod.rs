@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 use wireloom::scenario::NoFiles;
+use wireloom::session::Refusal;
 use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::protocol::{Notice, Request};
 use wireloom_studio::server::{Backend, Content, DraftOffer, Live, Server, Site, Token};
@@ -52,17 +53,25 @@ pub fn session(text: &str, unsaved: bool) -> Result<Studio, String> {
     open(opened).map_err(|faults| faults[0].message.clone())
 }
 
-/// Stores drafts in memory.
+/// Stores the draft of the session and those of earlier ones in memory.
 #[derive(Clone, Default)]
-pub struct MemoryBackend(pub Arc<Mutex<Option<String>>>);
+pub struct MemoryBackend(pub Arc<Mutex<Option<String>>>, pub Arc<Mutex<Vec<String>>>);
 
 impl Backend for MemoryBackend {
     fn keep(&self, draft: Option<&str>) {
         *self.0.lock().expect("not poisoned") = draft.map(str::to_owned);
     }
 
+    fn discard(&self, draft: &str) {
+        self.1.lock().expect("not poisoned").retain(|own| own != draft);
+    }
+
     fn open(&self, draft: &str) -> Result<Studio, String> {
         session(draft, true)
+    }
+
+    fn store_beside(&self, name: &str, bytes: &[u8]) -> Result<String, Refusal> {
+        Ok(format!("{}-{name}", bytes.len()))
     }
 
     fn changed_outside(&self) -> Option<String> {
@@ -91,8 +100,12 @@ pub struct Served {
 }
 
 impl Served {
-    pub fn new(offer: Option<DraftOffer>, backend: MemoryBackend) -> Self {
-        let live = Live::new(session(TEXT, false).expect("no faults"), offer, Box::new(backend));
+    /// It offers the drafts of earlier sessions that the backend has.
+    pub fn new(backend: MemoryBackend) -> Self {
+        let texts = backend.1.lock().expect("not poisoned").clone();
+        let offer = |text| DraftOffer { text, written: "2026-11-21T20:00:00Z".into() };
+        let offers = texts.into_iter().map(offer).collect();
+        let live = Live::new(session(TEXT, false).expect("no faults"), offers, Box::new(backend));
         let (page, content) = ("<html>page</html>".to_owned(), Content::Live(live));
         Self::of(Site { page, content, envelope: None })
     }
@@ -112,6 +125,23 @@ impl Served {
         stream.write_all(head.as_bytes()).expect("taken");
         let mut answer = Vec::new();
         // A server that resets the connection has sent everything.
+        let _ = stream.read_to_end(&mut answer);
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    /// The response to a file that a page sends.
+    pub fn post_own(&self, path: &str, content: &[u8]) -> String {
+        let mut stream = TcpStream::connect(self.address).expect("it listens");
+        let host = self.address;
+        let length = content.len();
+        let head = format!(
+            "POST {path} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: {length}\r\n\
+             Connection: close\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).expect("taken");
+        // A server that refuses it does not read it to the end.
+        let _ = stream.write_all(content);
+        let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
         String::from_utf8_lossy(&answer).into_owned()
     }

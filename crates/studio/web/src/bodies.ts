@@ -18,9 +18,13 @@ export interface Body {
   object: THREE.Object3D;
   /** True size, m. */
   size: number;
+  /** Its middle from its origin, in its own axes. */
+  middle: THREE.Vector3;
   constraint: Constraint | null;
   /** Whether it is there in the frame shown. */
   acts: boolean;
+  /** Whether it is drawn as chosen. */
+  marked: boolean;
 }
 
 export interface ArrowLabel {
@@ -36,6 +40,8 @@ export class Bodies {
   arrowScale = 1;
   showArrows = true;
   chosen: string | null = null;
+  /** An obstacle that is shown where it is to be, until there is a frame of that. */
+  carried: { name: string; at: Placed } | null = null;
   private arrows = new THREE.Group();
   private perNewton = 0;
   private diameters = new Map<string, number>();
@@ -49,6 +55,9 @@ export class Bodies {
   /** Whether a body is not to be seen. */
   isHidden: (kind: Body["kind"], name: string) => boolean = () => false;
 
+  /** Whether a body is drawn as chosen. */
+  isMarked: (kind: Body["kind"], name: string) => boolean = () => false;
+
   setScene(scene: Scene): void {
     for (const body of this.bodies) this.group.remove(body.object);
     const thickest = Math.max(1e-3, ...scene.branches.map((branch) => branch.diameter));
@@ -56,19 +65,19 @@ export class Bodies {
     this.size = Math.max(0.05, ...scene.branches.map((branch) => branch.length));
     this.bodies = [];
     for (const obstacle of scene.obstacles) {
-      this.bodies.push({ name: obstacle.name, kind: "obstacle", words: obstacle.name, object: solid(obstacle), size: 0, constraint: null, acts: true });
+      this.bodies.push({ name: obstacle.name, kind: "obstacle", words: obstacle.name, object: solid(obstacle), size: 0, middle: middle(obstacle), constraint: null, acts: true, marked: false });
     }
     for (const joint of scene.joints) {
       const widest = Math.max(1e-3, ...joint.branches.map((name) => this.diameters.get(name) ?? thickest));
       const object = jointBody(joint.model, widest);
-      this.bodies.push({ name: joint.name, kind: "joint", words: joint.name, object, size: 2 * widest, constraint: null, acts: true });
+      this.bodies.push({ name: joint.name, kind: "joint", words: joint.name, object, size: 2 * widest, middle: new THREE.Vector3(), constraint: null, acts: true, marked: false });
     }
     for (const constraint of scene.constraints) {
       const diameter = (constraint.place && this.diameters.get(constraint.place[0])) ?? thickest;
       const length = (constraint.place && scene.branches.find((branch) => branch.name === constraint.place![0])?.length) ?? 1;
       const atStart = constraint.place !== null && constraint.place[1] < length / 2;
       const object = constraintBody(constraint, diameter, atStart);
-      this.bodies.push({ name: constraint.name, kind: "constraint", words: constraint.name, object, size: 3 * diameter, constraint, acts: false });
+      this.bodies.push({ name: constraint.name, kind: "constraint", words: constraint.name, object, size: 3 * diameter, middle: new THREE.Vector3(), constraint, acts: false, marked: false });
     }
     for (const body of this.bodies) {
       body.object.visible = body.acts;
@@ -94,13 +103,24 @@ export class Bodies {
     for (const body of this.bodies) {
       let at: Placed | undefined;
       if (body.kind === "joint") at = header.joints[joint++];
-      else if (body.kind === "obstacle") at = header.obstacles[obstacle++]?.at;
+      else if (body.kind === "obstacle") {
+        at = header.obstacles[obstacle++]?.at;
+        if (at && body.name === this.carried?.name) at = this.carried.at;
+      }
       else at = acting.get(body.name)?.at;
       body.acts = at !== undefined && !this.isHidden(body.kind, body.name);
       body.object.visible = body.acts;
       if (at) place(body.object, at);
+      if (body.marked !== this.isMarked(body.kind, body.name)) mark(body);
     }
     this.drawArrows(scene, frame);
+  }
+
+  /** Shows an obstacle elsewhere. */
+  carry(name: string, at: Placed): void {
+    this.carried = { name, at };
+    const body = this.find("obstacle", name);
+    if (body) place(body.object, at);
   }
 
   private drawArrows(_scene: Scene, frame: Frame): void {
@@ -157,8 +177,23 @@ export class Bodies {
     return best;
   }
 
-  find(name: string): Body | undefined {
-    return this.bodies.find((body) => body.name === name && body.kind === "constraint");
+  /** The obstacle whose surface is in front under a pixel. */
+  obstacleUnder(x: number, y: number): Body | null {
+    const caster = new THREE.Raycaster();
+    caster.ray.copy(this.view.ray(x, y));
+    let [front, nearest]: [Body | null, number] = [null, Infinity];
+    for (const body of this.bodies) {
+      if (!body.acts || body.kind !== "obstacle") continue;
+      body.object.updateMatrixWorld();
+      // Behind the surface come its edges, if they are drawn.
+      const [hit] = caster.intersectObject(body.object.children[0], false);
+      if (hit && hit.distance < nearest) [front, nearest] = [body, hit.distance];
+    }
+    return front;
+  }
+
+  find(kind: Body["kind"], name: string): Body | undefined {
+    return this.bodies.find((body) => body.name === name && body.kind === kind);
   }
 }
 
@@ -228,6 +263,19 @@ function solid(obstacle: Obstacle): THREE.Group {
     group.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 25), new THREE.LineBasicMaterial({ color: "#66727e" })));
   }
   return group;
+}
+
+/** Draws a body as chosen, or no longer so. */
+function mark(body: Body): void {
+  body.marked = !body.marked;
+  for (const part of body.object.children) {
+    const { material } = part as THREE.Mesh;
+    if (material instanceof THREE.MeshPhongMaterial) material.emissive.set(body.marked ? "#b35c00" : "#000000");
+  }
+}
+
+function middle(obstacle: Obstacle): THREE.Vector3 {
+  return new THREE.Box3().setFromArray(obstacle.corners).getCenter(new THREE.Vector3());
 }
 
 function arrowBody(): THREE.Group {

@@ -2,6 +2,7 @@
 // a number in SI units, or one with a unit such as 620 mm.
 import * as THREE from "three";
 import { element } from "./dom";
+import { SURFACE_ENDINGS } from "./files";
 import { along, branchOf, Column } from "./frame";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
@@ -64,6 +65,8 @@ export class Build {
     private link: Link,
     /** Shows the place of a part in the text. */
     private showText: (name: string) => void,
+    /** Adds an obstacle with the surface in a file. */
+    private takeSurface: (file: File) => void,
   ) {
     this.element.append(this.part, this.obstacles, this.requirements);
     store.on("document", (document) => {
@@ -166,8 +169,9 @@ export class Build {
     const { scene } = this.store;
     const { chosen } = this.hands;
     if (!scene || !chosen) {
-      this.part.replaceChildren(element("p", { class: "quiet" }, "Choose a point of a cable or a constraint to change it here."));
-    } else if (chosen.is === "constraint") this.showConstraint(chosen.name);
+      this.part.replaceChildren(element("p", { class: "quiet" }, "Choose a point of a cable, a constraint or an obstacle to change it here."));
+    } else if (chosen.is === "obstacle") this.showObstacle(chosen.name);
+    else if (chosen.is === "constraint") this.showConstraint(chosen.name);
     else if (branchOf(scene, chosen.branch) >= 0) this.showBranch(chosen.branch, branchOf(scene, chosen.branch), chosen.s);
   }
 
@@ -262,6 +266,21 @@ export class Build {
     );
   }
 
+  private showObstacle(name: string): void {
+    const there = list(this.entries.obstacles).some((own) => own.name === name);
+    if (!there) return this.part.replaceChildren(element("p", { class: "quiet" }, `Obstacle ${name} is not in this text.`));
+    const toFields = this.button("Its place and size", "Goes to its fields below", () => {
+      this.obstacles.open = true;
+      const entry = [...this.obstacles.querySelectorAll("li")].find((item) => item.dataset.name === name);
+      entry?.querySelector("input")?.focus();
+    });
+    this.part.replaceChildren(
+      element("h3", {}, `Obstacle ${name}`),
+      element("p", { class: "quiet" }, "G shows arrows to move it, R rings to turn it; the arrow keys move it by 1 mm."),
+      element("div", { class: "buttons" }, toFields, this.remove("obstacle", name), this.inText(name)),
+    );
+  }
+
   // Obstacles
 
   private showObstacles(): void {
@@ -273,17 +292,24 @@ export class Build {
         this.send({ is: "add", list: "obstacles", entry: { name, shape, ...SHAPES[shape], position: this.beside() } });
       }),
     );
+    const file = element("input", { type: "file", id: "build-surface", accept: SURFACE_ENDINGS });
+    file.addEventListener("change", () => {
+      const [chosen] = file.files ?? [];
+      if (chosen) this.takeSurface(chosen);
+      file.value = "";
+    });
+    add.push(element("label", { class: "setting" }, element("span", {}, "Add from a file"), element("span", { class: "field" }, file)));
     const form = (entry: Entry) => {
       const name = String(entry.name);
       const found = { entry, path: `obstacles.${quoted(name)}` };
       const shape = String(entry.shape ?? "mesh");
       return element(
         "li",
-        { class: "entry" },
+        { class: "entry", "data-name": name },
         element("strong", {}, name),
         element("span", { class: "quiet" }, ` ${shape}`),
         this.name("obstacle", name, `name of ${name}`),
-        ...Object.keys(SHAPES[shape] ?? {}).map((key) => this.value(`${key} of ${name}`, found, key)),
+        ...(shape === "mesh" ? ["mesh", "scale"] : Object.keys(SHAPES[shape] ?? {})).map((key) => this.value(`${key} of ${name}`, found, key)),
         this.value(`position of ${name}`, found, "position"),
         this.field(`angles of ${name}, °`, angles(entry.orientation), (text) => {
           const degrees = typed(text);
@@ -347,7 +373,7 @@ export class Build {
   private chosenPart(): Entry | null {
     const { chosen } = this.hands;
     if (chosen?.is === "constraint") return { constraint: chosen.name };
-    return chosen ? { branch: chosen.branch } : null;
+    return chosen?.is === "point" ? { branch: chosen.branch } : null;
   }
 
   private fill(details: HTMLDetailsElement, id: string, title: string, items: HTMLElement[], add: HTMLElement[]): void {

@@ -1,27 +1,32 @@
 // What the cable is coloured by, and the scales: all can be told apart by colour-blind eyes, and what is over a limit is hatched besides.
 import { Column, type Frame } from "./frame";
 import { FLOATS, type Scene } from "./protocol";
-import { millimetres, moment, newtons } from "./units";
+import { noise, quantity as inUnit } from "./units";
 
-export type QuantityName = "bend" | "tension" | "torque" | "moment" | "clearance";
+export type QuantityName = "bend" | "tension" | "torque" | "moment" | "stretch" | "surface" | "clearance";
 
 export interface Quantity {
   name: QuantityName;
   label: string;
   column: number;
+  /** Unit of its values, as `units.ts` has it; of a bend, that of its radius. */
+  unit: string;
   /** Sign matters: the scale is symmetric, its middle is 0. */
   signed: boolean;
-  words: (value: number) => string;
+  /** What it is, where its name does not say that. */
+  about?: string;
   /** Unit in which its range is typed; none: it has no range. */
   typed?: { unit: string; factor: number };
 }
 
 export const QUANTITIES: Quantity[] = [
-  { name: "bend", label: "Bend radius against its limit", column: Column.curvature, signed: false, words: (k) => millimetres(1 / k, 3) },
-  { name: "tension", label: "Tension", column: Column.tension, signed: false, words: newtons, typed: { unit: "N", factor: 1 } },
-  { name: "torque", label: "Torque", column: Column.torque, signed: true, words: moment, typed: { unit: "N mm", factor: 1000 } },
-  { name: "moment", label: "Bending moment", column: Column.moment, signed: false, words: moment, typed: { unit: "N mm", factor: 1000 } },
-  { name: "clearance", label: "Clearance", column: Column.clearance, signed: false, words: (d) => millimetres(d, 3), typed: { unit: "mm", factor: 1000 } },
+  { name: "bend", label: "Bend radius against its limit", column: Column.curvature, unit: "m", signed: false },
+  { name: "tension", label: "Tension", column: Column.tension, unit: "N", signed: false, typed: { unit: "N", factor: 1 } },
+  { name: "torque", label: "Torque", column: Column.torque, unit: "N m", signed: true, typed: { unit: "N mm", factor: 1000 } },
+  { name: "moment", label: "Bending moment", column: Column.moment, unit: "N m", signed: false, typed: { unit: "N mm", factor: 1000 } },
+  { name: "stretch", label: "Stretch", column: Column.stretch, unit: "strain", signed: true, typed: { unit: "%", factor: 100 }, about: "Axial strain: positive where the cable is longer than unstressed." },
+  { name: "surface", label: "Bending strain at the surface", column: Column.surface, unit: "strain", signed: false, typed: { unit: "%", factor: 100 }, about: "Half the diameter over the bend radius: strain of the sheath of a cable that is straight at rest. Wires that slip in it are strained less." },
+  { name: "clearance", label: "Clearance", column: Column.clearance, unit: "m", signed: false, typed: { unit: "mm", factor: 1000 } },
 ];
 
 /** viridis (van der Walt and Smith 2015, CC0), for what has a beginning. */
@@ -58,7 +63,7 @@ export class Ranges {
   take(frame: Frame): boolean {
     let grew = false;
     const n = frame.nodes;
-    for (const column of [Column.curvature, Column.tension, Column.moment, Column.torque, Column.clearance]) {
+    for (const { column } of QUANTITIES) {
       for (let i = column; i < n.length; i += FLOATS) {
         const value = n[i];
         if (value < this.low[column]) ((this.low[column] = value), (grew = true));
@@ -73,18 +78,21 @@ export class Ranges {
     const greatest = this.high[quantity.column];
     const least = this.low[quantity.column];
     const known = Number.isFinite(greatest);
+    // What is round-off has no range of its own.
+    const round = noise(quantity.unit);
+    const above = (value: number) => roundAbove(Math.max(value, 2 * round));
     const of = (low: number, high: number, colours: string[], limited: boolean): Scale => ({ quantity, low, high, colours, limited });
     switch (quantity.name) {
       case "bend":
         return limits ? of(0, 1, VIRIDIS, true) : of(0, known ? roundAbove(greatest) : 1, VIRIDIS, false);
       case "clearance":
         return of(0, known ? roundAbove(Math.min(0.1, Math.max(greatest, 1e-3))) : 0.1, VIRIDIS.slice().reverse(), true);
-      case "torque": {
-        const size = known ? roundAbove(Math.max(Math.abs(least), Math.abs(greatest))) : 1;
+      default: {
+        const unknown = quantity.typed ? 1 / quantity.typed.factor : 1;
+        if (!quantity.signed) return of(known && least < -round ? -above(-least) : 0, known ? above(greatest) : unknown, VIRIDIS, false);
+        const size = known ? above(Math.max(Math.abs(least), Math.abs(greatest))) : unknown;
         return of(-size, size, TWO_SIGNS, false);
       }
-      default:
-        return of(known && least < 0 ? -roundAbove(-least) : 0, known ? roundAbove(greatest) : 1, VIRIDIS, false);
     }
   }
 }
@@ -108,7 +116,8 @@ export function onScale(scale: Scale, value: number, limit: number | null): numb
     return used > 1 ? 2 : used;
   }
   if (scale.quantity.name === "clearance" && value <= 0) return 2;
-  return Math.min(1, Math.max(0, (value - scale.low) / (scale.high - scale.low)));
+  const shown = Math.abs(value) < noise(scale.quantity.unit) ? 0 : value;
+  return Math.min(1, Math.max(0, (shown - scale.low) / (scale.high - scale.low)));
 }
 
 /** What stands beside the scale: place from 0 to 1, and words. */
@@ -125,8 +134,8 @@ export function ticks(scale: Scale): { at: number; words: string }[] {
   const places = [0, 0.25, 0.5, 0.75, 1];
   return places.map((at) => {
     const value = scale.low + at * (scale.high - scale.low);
-    if (scale.quantity.name === "bend") return { at, words: value === 0 ? "straight" : scale.quantity.words(value) };
-    return { at, words: Math.abs(value) < 1e-12 ? "0" : scale.quantity.words(value) };
+    if (scale.quantity.name === "bend") return { at, words: value === 0 ? "straight" : inWords(scale.quantity, value) };
+    return { at, words: Math.abs(value) < 1e-12 ? "0" : inWords(scale.quantity, value) };
   });
 }
 
@@ -151,7 +160,7 @@ export function table(colours: string[]): Uint8Array<ArrayBuffer> {
 /** A value of a node in words, bend radii as such. */
 export function inWords(quantity: Quantity, value: number): string {
   if (Number.isNaN(value)) return "not known";
-  if (quantity.name === "bend" && value < 1e-3) return "straight";
-  return quantity.words(value);
+  if (quantity.name === "bend") return value < 1e-3 ? "straight" : inUnit(1 / value, quantity.unit);
+  return inUnit(value, quantity.unit);
 }
 

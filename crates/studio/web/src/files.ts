@@ -1,9 +1,22 @@
 // Files that are given to the page: what their names say of them, and their texts.
 
+/** Endings of files with surfaces, and what a unit of them mostly is, in m; null: the file says it itself. */
+const SURFACES: Record<string, string | null> = { stl: "0.001", obj: "0.001", ply: "0.001", gltf: "1", glb: "1", step: null, stp: null };
+const endingOf = (name: string) => name.slice(name.lastIndexOf(".") + 1).toLowerCase();
+
+/** Endings of files with surfaces, as an input for files has them. */
+export const SURFACE_ENDINGS = Object.keys(SURFACES).map((ending) => `.${ending}`).join(",");
+
+/** Whether a file has a surface, which an obstacle can have. */
+export const isSurface = (name: string): boolean => Object.hasOwn(SURFACES, endingOf(name));
+
+/** What a unit of a file with a surface mostly is, in m; null: the file says it itself. */
+export const unitOf = (name: string): string | null => SURFACES[endingOf(name)];
+
 /** What is done with a file of another kind that is known; null for all others. */
 export function ofOtherKind(name: string): string | null {
-  if (/\.(stl|obj|gltf|glb)$/i.test(name)) return "a mesh is an obstacle of a scenario: put it into the folder of the scenario, and name it as mesh = \"…\" of an obstacle.";
-  if (/\.(step|stp)$/i.test(name)) return "parts of a STEP file are obstacles of a scenario: make them with “wireloom import step FILE -o DIR”.";
+  const dropped = "a surface is an obstacle of a scenario: open one or begin a new harness, and drop the file there.";
+  if (isSurface(name)) return unitOf(name) === null ? `${dropped} “wireloom import step FILE -o DIR” makes an obstacle of each part of a STEP file.` : dropped;
   if (/\.vec$/i.test(name)) return "the page imports KBL only: make a scenario of it with “wireloom import vec FILE -o NAME.toml”, and open that.";
   return null;
 }

@@ -11,8 +11,8 @@ import type { Store } from "./store";
 import type { View } from "./view";
 
 export type Axis = "x" | "y" | "z";
-/** What is chosen: a constraint, or a point of a branch. Both by name, which edits of other parts leave as it is. */
-export type Chosen = { is: "constraint"; name: string } | { is: "point"; branch: string; s: number } | null;
+/** What is chosen: a constraint, an obstacle, or a point of a branch; by name, which edits of other parts leave as it is. */
+export type Chosen = { is: "constraint"; name: string } | { is: "obstacle"; name: string } | { is: "point"; branch: string; s: number } | null;
 
 interface Events {
   chosen: Chosen;
@@ -52,6 +52,10 @@ export class Hands extends Emitter<Events> {
   /** The chosen point of a cable. */
   private dot = new THREE.Mesh(new THREE.SphereGeometry(1, 20, 14), new THREE.MeshBasicMaterial({ color: "#ff9f1c", depthTest: false, transparent: true, opacity: 0.9 }));
   private settle = 0;
+  /** Where a click on what lies behind cables and constraints began, pixels. */
+  private pressed: { pointer: number; x: number; y: number } | null = null;
+  /** The chosen obstacle as it was when it was taken hold of, and where it is wanted since. */
+  private carried: { name: string; from: Placed; to: Placed } | null = null;
 
   constructor(
     private store: Store,
@@ -73,13 +77,14 @@ export class Hands extends Emitter<Events> {
     this.gizmo.addEventListener("objectChange", () => this.gizmoMoved());
     this.gizmo.addEventListener("mouseDown", () => {
       view.controls.enabled = false;
-      this.backToShown();
+      if (this.constraintName()) this.backToShown();
       this.tell("dragging", true);
     });
     this.gizmo.addEventListener("mouseUp", () => {
       view.controls.enabled = true;
       const name = this.constraintName();
       if (name) this.drop(name);
+      this.putDown();
       this.tell("dragging", false);
     });
     const line = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(new Float32Array(6 + 18), 3));
@@ -115,6 +120,10 @@ export class Hands extends Emitter<Events> {
     return this.store.scene?.constraints.find((constraint) => constraint.name === name) ?? null;
   }
 
+  obstacleName(): string | null {
+    return this.chosen?.is === "obstacle" ? this.chosen.name : null;
+  }
+
   /** The part of the gizmo that is pointed at. */
   ring(): string | null {
     return this.gizmo.axis;
@@ -123,6 +132,12 @@ export class Hands extends Emitter<Events> {
   /** Where a constraint is in the frame shown. */
   at(name: string): ConstraintFrame | null {
     return this.store.shown?.header.constraints.find((constraint) => constraint.name === name) ?? null;
+  }
+
+  /** Where an obstacle is in the frame shown. */
+  obstacleAt(name: string): Placed | null {
+    const index = this.store.scene?.obstacles.findIndex((obstacle) => obstacle.name === name) ?? -1;
+    return this.store.shown?.header.obstacles[index]?.at ?? null;
   }
 
   choose(chosen: Chosen): void {
@@ -146,7 +161,11 @@ export class Hands extends Emitter<Events> {
   }
 
   private sceneChanged(): void {
+    this.carried = null;
+    this.bodies.carried = null;
+    const obstacle = this.obstacleName();
     if (this.chosen?.is === "constraint" && !this.constraint()) this.choose(null);
+    else if (obstacle !== null && !this.store.scene?.obstacles.some(({ name }) => name === obstacle)) this.choose(null);
     else if (this.chosen?.is === "point" && !this.chosenPoint()) this.choose(null);
     else {
       this.bodies.chosen = this.constraintName();
@@ -158,10 +177,10 @@ export class Hands extends Emitter<Events> {
   private attach(): void {
     this.gizmo.camera = this.view.camera;
     const constraint = this.constraint();
-    const at = constraint ? this.at(constraint.name) : null;
-    const useful = constraint && at && this.live && ((this.mode === "translate" && constraint.moves) || (this.mode === "rotate" && constraint.turns));
+    const at = this.handleAt();
+    const useful = at && this.live && (constraint === null || (this.mode === "translate" && constraint.moves) || (this.mode === "rotate" && constraint.turns));
     if (useful && this.mode !== "none") {
-      place(this.proxy, at.at);
+      place(this.proxy, at);
       this.gizmo.setMode(this.mode);
       this.gizmo.setSpace(this.mode === "rotate" ? "local" : "world");
       this.gizmo.attach(this.proxy);
@@ -174,17 +193,54 @@ export class Hands extends Emitter<Events> {
     this.gizmo.camera = this.view.camera;
   }
 
+  /** Where the gizmo of what is chosen stands: at the held point of a constraint, in the middle of an obstacle. */
+  private handleAt(): Placed | null {
+    const constraint = this.constraintName();
+    if (constraint) return this.at(constraint)?.at ?? null;
+    const obstacle = this.obstacleName();
+    const at = obstacle && this.obstacleAt(obstacle);
+    if (!at) return null;
+    return { ...at, position: this.middle(obstacle).applyQuaternion(rotation(at)).add(new THREE.Vector3(...at.position)).toArray() };
+  }
+
+  /** The middle of an obstacle from its origin, in its own axes. */
+  private middle(obstacle: string): THREE.Vector3 {
+    return this.bodies.find("obstacle", obstacle)?.middle.clone() ?? new THREE.Vector3();
+  }
+
   private follow(): void {
-    const name = this.constraintName();
-    if (name && !this.gizmo.dragging) {
-      const at = this.at(name);
-      if (at) place(this.proxy, at.at);
+    if ((this.constraintName() || this.obstacleName()) && !this.gizmo.dragging) {
+      const at = this.handleAt();
+      if (at) place(this.proxy, at);
       if (!at || !this.gizmo.object) this.attach();
     }
     this.drawMarker();
   }
 
+  /** Shows the chosen obstacle at another pose, where it is to be; `putDown` sends that. */
+  private carry(to: Placed): void {
+    const name = this.obstacleName();
+    const from = name && (this.carried?.name === name ? this.carried.from : this.obstacleAt(name));
+    if (!from) return;
+    this.carried = { name, from, to };
+    this.bodies.carry(name, to);
+    this.view.draw();
+  }
+
+  /** Moves and turns the chosen obstacle in the text, to where it has been carried. */
+  private putDown(): void {
+    const { carried } = this;
+    this.carried = null;
+    if (carried) this.link.send({ do: "edit", edit: { is: "move", obstacle: carried.name, from: carried.from, to: carried.to } });
+  }
+
   private gizmoMoved(): void {
+    const obstacle = this.obstacleName();
+    if (obstacle && this.gizmo.dragging) {
+      const { position, quaternion: q } = this.proxy;
+      const origin = position.clone().sub(this.middle(obstacle).applyQuaternion(q));
+      return this.carry({ position: origin.toArray(), orientation: [q.w, q.x, q.y, q.z] });
+    }
     const name = this.constraintName();
     if (!name || !this.gizmo.dragging) return;
     const q = this.proxy.quaternion;
@@ -225,6 +281,7 @@ export class Hands extends Emitter<Events> {
   private dropAll(): void {
     clearTimeout(this.settle);
     for (const constraint of [...this.open]) this.drop(constraint);
+    this.putDown();
   }
 
   /** An exact pose: one target, and the end of it. */
@@ -236,11 +293,20 @@ export class Hands extends Emitter<Events> {
 
   /** A step of an arrow key: targets follow each other like a drag that ends when the keys rest. */
   nudge(right: number, up: number, towards: number): void {
+    if (!this.live) return;
+    const [x, y, z] = this.view.axes().map(alongAxis);
+    const obstacle = this.obstacleName();
+    const stands = obstacle && (this.carried?.to ?? this.obstacleAt(obstacle));
+    if (stands) {
+      const to = new THREE.Vector3(...stands.position).addScaledVector(x, right).addScaledVector(y, up).addScaledVector(z, towards);
+      this.carry({ ...stands, position: to.toArray() });
+      clearTimeout(this.settle);
+      this.settle = window.setTimeout(() => this.dropAll(), 700);
+    }
     const constraint = this.constraint();
     const at = constraint && this.at(constraint.name);
-    if (!constraint || !at || !constraint.moves || !this.live) return;
+    if (!constraint || !at || !constraint.moves) return;
     if (!this.open.has(constraint.name)) this.backToShown();
-    const [x, y, z] = this.view.axes().map(alongAxis);
     const from = this.nudged?.constraint === constraint.name && this.open.has(constraint.name) ? this.nudged.at : new THREE.Vector3(...at.at.position);
     const to = from.clone().addScaledVector(x, right).addScaledVector(y, up).addScaledVector(z, towards);
     this.nudged = { constraint: constraint.name, at: to };
@@ -259,7 +325,10 @@ export class Hands extends Emitter<Events> {
     this.link.send({ do: "hold", branch, s, how });
   }
 
+  /** Releases the chosen constraint; an obstacle is deleted from the text. */
   release(): void {
+    const obstacle = this.obstacleName();
+    if (obstacle && this.live) this.link.send({ do: "edit", edit: { is: "delete", part: "obstacle", name: obstacle } });
     const name = this.constraintName();
     if (!name || !this.live) return;
     this.dropAll();
@@ -306,6 +375,8 @@ export class Hands extends Emitter<Events> {
     this.lastTarget = null;
     this.dropWhenHeld = false;
     this.waiting.clear();
+    this.carried = null;
+    this.bodies.carried = null;
     const open = [...this.open];
     this.open.clear();
     for (const constraint of open) this.link.send({ do: "drop", constraint });
@@ -346,7 +417,10 @@ export class Hands extends Emitter<Events> {
     const body = this.bodies.pick(x, y, 11);
     const constraint = body?.constraint ?? null;
     const point = constraint ? null : this.pointUnder(x, y);
-    if (!constraint && !point) return;
+    if (!constraint && !point) {
+      this.pressed = { pointer: event.pointerId, x, y };
+      return;
+    }
     // From here on the pointer is ours, not the camera's.
     event.stopImmediatePropagation();
     (event.target as Element).setPointerCapture(event.pointerId);
@@ -405,7 +479,13 @@ export class Hands extends Emitter<Events> {
   }
 
   private up(event: PointerEvent): void {
-    const drag = this.drag;
+    const { drag, pressed } = this;
+    this.pressed = null;
+    if (pressed?.pointer === event.pointerId && event.type === "pointerup") {
+      const [x, y] = this.where(event);
+      const obstacle = Math.hypot(x - pressed.x, y - pressed.y) < 4 ? this.bodies.obstacleUnder(x, y) : null;
+      if (obstacle) this.choose({ is: "obstacle", name: obstacle.name });
+    }
     if (!drag || (drag.pointer !== event.pointerId && drag.pointer !== -1)) return;
     if (drag.moved && drag.constraint !== null) this.drop(drag.constraint);
     else if (drag.moved && this.heldBefore) {
@@ -494,6 +574,11 @@ export class Hands extends Emitter<Events> {
     const branch = scene.branches[(now + by + scene.branches.length) % scene.branches.length];
     this.choose({ is: "point", branch: branch.name, s: branch.length / 2 });
   }
+}
+
+/** An orientation as three.js has it. */
+function rotation({ orientation: [w, x, y, z] }: Placed): THREE.Quaternion {
+  return new THREE.Quaternion(x, y, z, w).normalize();
 }
 
 /** The axis of the world that a direction of the screen is nearest to. */

@@ -27,14 +27,14 @@ interface Surface {
   position: THREE.BufferAttribute;
   normal: THREE.BufferAttribute;
   value: THREE.BufferAttribute;
+  /** At the corners of branches that are chosen: 255 of several, 128 of the one that is looked at closer. */
+  chosen: THREE.BufferAttribute;
 }
 
 export class Harness {
   readonly group = new THREE.Group();
   private tubes: Tube[] = [];
   private surface: Surface | null = null;
-  /** Corners of the branch that is looked at closer: first, and one behind the last. */
-  private chosen = { value: new THREE.Vector2(0, 0) };
   private scene: Scene | null = null;
   private colours = new THREE.DataTexture(table(["#000000", "#ffffff"]), 256, 1);
 
@@ -52,7 +52,6 @@ export class Harness {
     this.surface?.mesh.material.dispose();
     this.group.clear();
     this.scene = scene;
-    this.choose(-1);
     const nodes = scene.branches.reduce((sum, branch) => sum + branch.nodes, 0);
     const most = Math.max(1, Math.floor(RINGS / Math.max(1, nodes)));
     let from = 0;
@@ -94,12 +93,14 @@ export class Harness {
     geometry.setAttribute("position", position);
     geometry.setAttribute("normal", normal);
     geometry.setAttribute("value", value);
+    const chosen = new THREE.BufferAttribute(new Uint8Array(corners), 1, true);
+    geometry.setAttribute("chosen", chosen);
     geometry.setAttribute("around", new THREE.BufferAttribute(around, 2));
     geometry.setIndex(index);
-    const mesh = new THREE.Mesh(geometry, this.ghost ? ghostly() : striped(this.colours, this.chosen));
+    const mesh = new THREE.Mesh(geometry, this.ghost ? ghostly() : striped(this.colours));
     mesh.frustumCulled = false;
     if (this.ghost) mesh.renderOrder = 2;
-    return { mesh, position, normal, value };
+    return { mesh, position, normal, value, chosen };
   }
 
   setColours(colours: string[]): void {
@@ -125,10 +126,20 @@ export class Harness {
     if (high === rings - 1) value[tube.end - 1] = DESTROYED_VALUE;
   }
 
-  /** The branch that is looked at closer; -1: none. */
-  choose(branch: number): void {
-    const tube = this.tubes[branch];
-    this.chosen.value.set(tube?.from ?? 0, tube?.end ?? 0);
+  /** Where the nodes' values lie on the scale, each once. */
+  values(): number[] {
+    return [...new Set(this.surface?.value.array)];
+  }
+
+  /** The branch that is looked at closer (-1: none), and those that are chosen with others. */
+  choose(branch: number, several: readonly number[]): void {
+    const chosen = this.surface?.chosen;
+    if (!chosen) return;
+    chosen.array.fill(0);
+    const mark = (tube: Tube | undefined, how: number) => tube && chosen.array.fill(how, tube.from, tube.end);
+    mark(this.tubes[branch], 128);
+    for (const each of several) mark(this.tubes[each], 255);
+    chosen.needsUpdate = true;
   }
 
   /** `destroyed`: the parts of branches that are stretched, overloaded or in another one. */
@@ -238,18 +249,17 @@ function ghostly(): THREE.MeshPhongMaterial {
 }
 
 /** Coloured by the scale's table; a stripe that stands out from dark and from light; over the limit hatched in white and magenta, destroyed in orange and black. */
-function striped(colours: THREE.DataTexture, chosen: { value: THREE.Vector2 }): THREE.MeshPhongMaterial {
+function striped(colours: THREE.DataTexture): THREE.MeshPhongMaterial {
   const material = new THREE.MeshPhongMaterial({ color: "#ffffff", shininess: 28, specular: "#222222" });
   material.onBeforeCompile = (shader) => {
     shader.uniforms.colours = { value: colours };
-    shader.uniforms.chosen = chosen;
     shader.uniforms.over = { value: new THREE.Color(OVER) };
     shader.uniforms.destroyed = { value: new THREE.Color(DESTROYED[0]) };
     shader.uniforms.destroyedDark = { value: new THREE.Color(DESTROYED[1]) };
     shader.uniforms.unknown = { value: new THREE.Color(UNKNOWN) };
     shader.vertexShader = shader.vertexShader
-      .replace("#include <common>", "#include <common>\nattribute float value;\nattribute vec2 around;\nuniform vec2 chosen;\nvarying float vValue;\nvarying float vChosen;\nvarying vec2 vAround;")
-      .replace("#include <begin_vertex>", "#include <begin_vertex>\nvValue = value;\nvAround = around;\nvChosen = float(gl_VertexID) >= chosen.x && float(gl_VertexID) < chosen.y ? 1.0 : 0.0;");
+      .replace("#include <common>", "#include <common>\nattribute float value;\nattribute vec2 around;\nattribute float chosen;\nvarying float vValue;\nvarying float vChosen;\nvarying vec2 vAround;")
+      .replace("#include <begin_vertex>", "#include <begin_vertex>\nvValue = value;\nvAround = around;\nvChosen = chosen;");
     shader.fragmentShader = shader.fragmentShader
       .replace(
         "#include <common>",
@@ -267,7 +277,7 @@ function striped(colours: THREE.DataTexture, chosen: { value: THREE.Vector2 }): 
         paint = mix(paint, light > 0.18 ? paint * 0.18 : mix(paint, vec3(1.0), 0.75), stripe * 0.85);
         diffuseColor.rgb = paint;`,
       )
-      .replace("#include <emissivemap_fragment>", "totalEmissiveRadiance += vChosen * 0.22 * diffuseColor.rgb;");
+      .replace("#include <emissivemap_fragment>", "totalEmissiveRadiance += step(0.2, vChosen) * 0.22 * diffuseColor.rgb + step(0.8, vChosen) * vec3(0.4, 0.18, 0.0);");
   };
   material.customProgramCacheKey = () => "striped";
   return material;

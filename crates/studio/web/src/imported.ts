@@ -22,13 +22,14 @@ export class ImportPane {
     );
   }
 
-  private finding({ what, items }: Finding): HTMLElement {
-    if (items.length === 0) return element("li", {}, what);
-    const places = element(
-      "ul",
-      {},
-      ...items.map(({ words, place }) => element("li", {}, place ? element("button", { class: "plain", title: `Show ${placeWords(place)}`, onclick: () => this.goTo(place) }, words) : words)),
-    );
+  /** Words that lead to their place, where they have one. */
+  private words(words: string, place: Place | null): HTMLElement {
+    return element("li", {}, place ? element("button", { class: "plain", title: `Show ${placeWords(place)}`, onclick: () => this.goTo(place) }, words) : words);
+  }
+
+  private finding({ what, items, place }: Finding): HTMLElement {
+    if (items.length === 0) return this.words(what, place);
+    const places = element("ul", {}, ...items.map(({ words, place }) => this.words(words, place)));
     return element("li", {}, element("details", { open: items.length <= SHOWN }, element("summary", {}, items.length === 1 ? what : `${what} (${items.length})`), places));
   }
 }

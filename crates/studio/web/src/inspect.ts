@@ -8,8 +8,8 @@ import type { Store } from "./store";
 import { components, digits, millimetres } from "./units";
 import type { View } from "./view";
 
-type Kind = "branch" | "constraint" | "joint" | "obstacle";
-interface Part {
+export type Kind = "branch" | "constraint" | "joint" | "obstacle";
+export interface Part {
   kind: Kind;
   name: string;
 }
@@ -62,6 +62,7 @@ export class Inspect {
         { class: "buttons" },
         button("hide-found", "Hide these", "Hides the parts of the list", () => this.hide((part) => this.isFound(part))),
         button("only-found", "Only these", "Hides all other parts", () => this.hide((part) => !this.isFound(part), true)),
+        button("choose-found", "Choose these", "Chooses the parts of the list, to hide or delete them", () => this.onChoose(this.all().filter((part) => this.isFound(part)))),
         button("show-all", "Show all", "Shows every part", () => this.hide(() => false, true)),
       ),
       this.count,
@@ -85,13 +86,16 @@ export class Inspect {
     this.showMeasures();
   }
 
+  /** The parts of the list are to be chosen. */
+  onChoose: (parts: Part[]) => void = () => {};
+
   isHidden(kind: Kind, name: string): boolean {
     return this.hidden.has(`${kind} ${name}`);
   }
 
   // Parts
 
-  private all(): Part[] {
+  all(): Part[] {
     const { scene } = this.store;
     if (!scene) return [];
     const of = (kind: Kind, list: { name: string }[]) => list.map(({ name }): Part => ({ kind, name }));
@@ -102,7 +106,8 @@ export class Inspect {
     return matches(this.pattern.value.trim(), name);
   }
 
-  private hide(which: (part: Part) => boolean, anew = false): void {
+  /** Hides parts, beside those that are hidden already unless `anew`. */
+  hide(which: (part: Part) => boolean, anew = false): void {
     if (anew) this.hidden.clear();
     for (const part of this.all()) if (which(part)) this.hidden.add(`${part.kind} ${part.name}`);
     this.show();
@@ -142,6 +147,7 @@ export class Inspect {
     } else {
       const index = (kind === "joint" ? scene.joints : scene.obstacles).findIndex((own) => own.name === name);
       const at = kind === "joint" ? shown.header.joints[index] : shown.header.obstacles[index]?.at;
+      if (kind === "obstacle") this.hands.choose({ is: "obstacle", name });
       if (at) this.view.visit(new THREE.Vector3(...at.position));
     }
   }
@@ -200,6 +206,7 @@ export class Inspect {
       const { branch, s } = chosen;
       return { words: `${branch} at ${millimetres(s)}`, position: new THREE.Vector3(), on: { branch, s } };
     }
+    if (chosen.is === "obstacle") return null;
     const place = this.hands.constraint()?.place;
     return { words: chosen.name, position: new THREE.Vector3(), on: place ? { branch: place[0], s: place[1] } : null };
   }

@@ -63,6 +63,7 @@ export class Legend {
     if (destroyed) key.append(element("span", {}, element("span", { class: "patch destroyed" }), DESTROYED_WORDS));
     if (scale.limited) key.append(element("span", {}, element("span", { class: "patch over" }), overWords(scale)));
     if (unknown) key.append(element("span", {}, element("span", { class: "patch unknown" }), scale.quantity.name === "bend" ? "no limit given" : "not known"));
-    this.holder.replaceChildren(colours, row, key);
+    const { about } = scale.quantity;
+    this.holder.replaceChildren(colours, row, key, ...(about ? [element("p", { class: "quiet" }, about)] : []));
   }
 }

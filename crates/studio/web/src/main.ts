@@ -9,7 +9,7 @@ import { along, branchOf, decode, firstNodes, valueAt, type Frame } from "./fram
 import { Drawing } from "./drawing";
 import { MOST, TextPane } from "./editor";
 import { Envelope, type Choice } from "./envelope";
-import { elsewhere, isImported, textOf } from "./files";
+import { elsewhere, isImported, isSurface, textOf } from "./files";
 import { Hands } from "./hands";
 import { Harness } from "./harness";
 import { ImportPane } from "./imported";
@@ -22,10 +22,12 @@ import { Panels } from "./panels";
 import { FLOATS, type Notice, type Place } from "./protocol";
 import { destroyed, failing, isDestroyed, sentence, verdictWords, worstFirst } from "./requirements";
 import { screenshot } from "./screenshot";
-import { StartPane } from "./start";
+import { offers, StartPane } from "./start";
+import { Several } from "./several";
 import { Store } from "./store";
+import { Surroundings } from "./surroundings";
 import { TimelineBar } from "./timeline";
-import { millimetres, when } from "./units";
+import { millimetres } from "./units";
 import { View, type Side } from "./view";
 
 const store = new Store();
@@ -52,6 +54,12 @@ let candidate: Ghost | null = null;
 let fitted = false;
 /** A place to look at once its frame is shown. */
 let heading: { frame: number; place: Place } | null = null;
+/** An obstacle of at most so many times the size of the harness is shown whole when it is chosen. */
+const WIDE = 10;
+/** Whether everything is to be in view with the next frame. */
+let refit = false;
+/** The branch of what is chosen, which plots are of. */
+let lookedAt: string | null = null;
 /** The branches that there are tubes for. */
 let drawn = "";
 /** How long frames are waited for that were asked for, ms; every one that comes begins it anew. */
@@ -68,11 +76,23 @@ const hands = new Hands(store, view, bodies, connection);
 const timeline = new TimelineBar(store);
 const inspect = new Inspect(store, view, hands, () => paint());
 bodies.isHidden = (kind, name) => inspect.isHidden(kind, name);
-harness.isHidden = hands.isHidden = (branch) => inspect.isHidden("branch", branch);
-const build = new Build(store, hands, connection, (name) => {
-  showText(true);
-  textPane.lookFor(name);
+const several = new Several(store, view, hands, bodies, inspect, connection, (words) => {
+  byId("said").textContent = words;
+  markBranches();
+  paint();
 });
+bodies.isMarked = (kind, name) => several.has(kind, name) || (kind === "obstacle" && name === hands.obstacleName());
+harness.isHidden = hands.isHidden = (branch) => inspect.isHidden("branch", branch);
+const build = new Build(
+  store,
+  hands,
+  connection,
+  (name) => {
+    showText(true);
+    textPane.lookFor(name);
+  },
+  (file) => surroundings.take(file),
+);
 const importPane = new ImportPane((place) => goTo(null, place));
 const panels = new Panels(byId("panels"), store, hands, connection, build.element, inspect, importPane.element, {
   visit: (position) => view.visit(new THREE.Vector3(...position)),
@@ -83,8 +103,8 @@ const panels = new Panels(byId("panels"), store, hands, connection, build.elemen
   forgetGhost,
   toggleGizmo,
   branchChosen: (branch) => {
-    harness.choose(hands.chosen ? branch : -1);
-    view.draw();
+    lookedAt = hands.chosen ? store.scene?.branches[branch]?.name ?? null : null;
+    markBranches();
   },
 });
 const legend = new Legend(colourBy, () => {
@@ -93,6 +113,11 @@ const legend = new Legend(colourBy, () => {
 });
 const textPane = new TextPane(store, connection, (dirty) => (byId("text-on").textContent = dirty ? "Text •" : "Text"));
 
+const surroundings = new Surroundings(store, hands, connection, {
+  tell,
+  saveAs,
+  fit: () => (refit = true),
+});
 const start = new StartPane(store, connection);
 
 function seen(): View {
@@ -179,6 +204,7 @@ store.on("scene", (scene) => {
   const branches = JSON.stringify(scene.branches);
   if (branches !== drawn) harness.setScene(scene);
   drawn = branches;
+  markBranches();
   bodies.setScene(scene);
   drawing.setScene(scene);
   byId("drawing-row").hidden = !drawing.exists;
@@ -195,6 +221,11 @@ store.on("shown", () => {
     fitted = true;
     bounds();
     view.look("oblique");
+  }
+  if (refit) {
+    refit = false;
+    bounds();
+    view.fit();
   }
   warn();
   panels.showFrame();
@@ -314,7 +345,11 @@ function showText(on: boolean): void {
   main.classList.toggle("with-text", on);
   if (on && !textPane.element.isConnected) main.prepend(textPane.element);
   if (!on) textPane.element.remove();
-  byId("text-on").setAttribute("aria-pressed", String(on));
+  const button = byId("text-on");
+  button.setAttribute("aria-pressed", String(on));
+  // What a button controls must be there.
+  if (on) button.setAttribute("aria-controls", "text");
+  else button.removeAttribute("aria-controls");
 }
 
 function toggleText(): void {
@@ -323,16 +358,10 @@ function toggleText(): void {
   if (on) textPane.focus();
 }
 
-store.on("draft", (written) => {
+store.on("drafts", (drafts) => {
   const bar = byId("draft");
-  bar.hidden = written === null;
-  if (written === null) return;
-  const answer = (take: boolean) => () => connection.send({ do: "draft", take });
-  bar.replaceChildren(
-    element("span", {}, `There are unsaved changes of an earlier session (${when(written)}). Until you choose, no draft of this session is kept.`),
-    element("button", { onclick: answer(true) }, "Restore it"),
-    element("button", { onclick: answer(false) }, "Discard it"),
-  );
+  bar.hidden = drafts.length === 0;
+  bar.replaceChildren(...offers(drafts, "Unsaved changes of an earlier session", (number, take) => connection.send({ do: "draft", number, take })));
 });
 
 /** Words that go by themselves after a while. */
@@ -425,8 +454,10 @@ function bounds(): void {
     if (!body.acts) continue;
     if (body.kind !== "obstacle") box.expandByPoint(body.object.position);
     else {
-      // Of an obstacle only what is near the harness: planes are endless.
-      const own = new THREE.Box3().setFromObject(body.object).intersect(reach);
+      const own = new THREE.Box3().setFromObject(body.object);
+      // Of an obstacle only what is near the harness: planes are endless. That which is chosen is looked for.
+      const wanted = body.name === hands.obstacleName() && own.getSize(new THREE.Vector3()).length() < WIDE * harnessSize;
+      if (!wanted) own.intersect(reach);
       if (!own.isEmpty()) box.union(own);
     }
   }
@@ -544,11 +575,21 @@ function compare(): void {
 
 // Hands
 
+/** Draws branches as chosen: that of what is chosen, and those that are chosen with others. */
+function markBranches(): void {
+  const { scene } = store;
+  if (!scene) return;
+  const index = (name: string) => branchOf(scene, name);
+  harness.choose(lookedAt === null ? -1 : index(lookedAt), several.branches().map(index));
+  view.draw();
+}
+
 hands.on("chosen", (chosen) => {
-  harness.choose(-1);
+  lookedAt = null;
+  markBranches();
   panels.showChosen();
   paint();
-  byId("said").textContent = chosen === null ? "Nothing is chosen." : chosen.is === "constraint" ? `${chosen.name} is chosen.` : `${chosen.branch} at ${millimetres(chosen.s)} is chosen.`;
+  byId("said").textContent = chosen === null ? "Nothing is chosen." : chosen.is !== "point" ? `${chosen.name} is chosen.` : `${chosen.branch} at ${millimetres(chosen.s)} is chosen.`;
 });
 
 hands.on("mode", () => {
@@ -593,6 +634,14 @@ function toggleGizmo(mode: "translate" | "rotate"): void {
 
 function toggleAxis(axis: "x" | "y" | "z"): void {
   hands.setAxis(hands.axis === axis ? null : axis);
+}
+
+/** The next obstacle, or the one before. */
+function nextObstacle(by: number): void {
+  const shown = bodies.bodies.filter((body) => body.kind === "obstacle" && body.acts);
+  if (shown.length === 0) return tell("There are no obstacles to choose.");
+  const now = shown.findIndex((body) => body.name === hands.obstacleName());
+  hands.choose({ is: "obstacle", name: shown[(now + by + (now < 0 && by < 0 ? 1 : 0) + shown.length) % shown.length].name });
 }
 
 /** The next constraint that acts, or the one before. */
@@ -669,21 +718,23 @@ const keys: Key[] = [
   { keys: ["?"], words: "This page", act: () => help(keys, live()) },
   { keys: ["n", "]"], words: "Choose the next constraint", act: () => nextConstraint(1) },
   { keys: ["Shift+n", "["], words: "Choose the previous constraint", act: () => nextConstraint(-1) },
+  { keys: ["o"], words: "Choose the next obstacle", act: () => nextObstacle(1) },
+  { keys: ["Shift+o"], words: "Choose the previous obstacle", act: () => nextObstacle(-1) },
   { keys: ["Alt+ArrowLeft"], words: "Along the branch, towards its start", act: () => hands.walk(-1) },
   { keys: ["Alt+ArrowRight"], words: "Along the branch, towards its end", act: () => hands.walk(1) },
   { keys: ["Alt+ArrowDown"], words: "To the middle of the next branch", act: () => hands.nextBranch(1) },
   { keys: ["Alt+ArrowUp"], words: "To the middle of the previous branch", act: () => hands.nextBranch(-1) },
-  { keys: ["Escape"], words: "Choose nothing", act: () => (hands.setMode("none"), hands.choose(null)) },
-  ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [key], words: `Move the chosen constraint ${words} by 1 mm, along the nearest axis`, live: true, act: () => hands.nudge(x * 1e-3, y * 1e-3, z * 1e-3) })),
+  { keys: ["Escape"], words: "Choose nothing", act: () => (hands.setMode("none"), several.draw(false), several.count > 0 && several.choose([]), hands.choose(null)) },
+  ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [key], words: `Move the chosen constraint or obstacle ${words} by 1 mm, along the nearest axis`, live: true, act: () => hands.nudge(x * 1e-3, y * 1e-3, z * 1e-3) })),
   ...nudges.map(([key, [x, y, z], words]): Key => ({ keys: [`Shift+${key}`], words: `The same ${words} by 10 mm`, live: true, act: () => hands.nudge(x * 1e-2, y * 1e-2, z * 1e-2) })),
   { keys: ["h"], words: "Hold the chosen point with a handle", live: true, act: () => holdHere("handle") },
   { keys: ["p"], words: "Pin it: position, tangent and twist", live: true, act: () => holdHere("pin") },
   { keys: ["c"], words: "Clip it: position and tangent", live: true, act: () => holdHere("collar") },
-  { keys: ["Delete", "Backspace"], words: "Release the chosen constraint", live: true, act: () => hands.release() },
+  { keys: ["Delete", "Backspace"], words: "Release the chosen constraint; delete the chosen obstacle, or several chosen parts", live: true, act: () => (several.count > 0 ? several.delete() : hands.release()) },
   { keys: ["x"], words: "Drag along X only, or freely again", live: true, act: () => toggleAxis("x") },
   { keys: ["y"], words: "Drag along Y only, or freely again", live: true, act: () => toggleAxis("y") },
   { keys: ["z"], words: "Drag along Z only, or freely again", live: true, act: () => toggleAxis("z") },
-  { keys: ["g"], words: "Arrows to move the chosen constraint", live: true, act: () => toggleGizmo("translate") },
+  { keys: ["g"], words: "Arrows to move the chosen constraint or obstacle", live: true, act: () => toggleGizmo("translate") },
   { keys: ["r"], words: "Rings to rotate it", live: true, act: () => toggleGizmo("rotate") },
   { keys: ["Ctrl+z"], words: "Undo", live: true, act: send("undo") },
   { keys: ["Ctrl+Shift+z", "Ctrl+y"], words: "Redo", live: true, act: send("redo") },
@@ -709,6 +760,7 @@ const keys: Key[] = [
   { keys: ["Ctrl+ArrowUp"], words: "Rotate the view up", act: () => view.turn(0, -0.1) },
   { keys: ["Ctrl+ArrowDown"], words: "Rotate the view down", act: () => view.turn(0, 0.1) },
   { keys: ["b"], words: "Colour by the next quantity", act: () => colourBy(QUANTITIES[(QUANTITIES.indexOf(quantity) + 1) % QUANTITIES.length].name) },
+  { keys: ["w"], words: "Choose several parts: draw a box around them, or click with Shift one after the other", act: () => several.draw(!several.drawing) },
   { keys: ["m"], words: "Measure between two places that are chosen next", act: () => (panels.open("measure"), inspect.toggleMeasure()) },
   { keys: ["k"], words: "Keep the shape as a ghost, or remove it", act: () => (ghost ? forgetGhost() : keepGhost()) },
   { keys: ["d"], words: "Drawn centre lines, beside the computed ones", act: () => showDrawing(!byId<HTMLInputElement>("drawing").checked) },
@@ -741,12 +793,13 @@ byId("drawing").addEventListener("change", () => showDrawing(byId<HTMLInputEleme
 
 // Files that are dropped on the page
 
-/** A scenario becomes the text, not applied yet; of another file it is told how it comes into one. */
+/** A scenario becomes the text, not applied yet; a surface becomes an obstacle; of another file it is told how it comes into a scenario. */
 async function takeFile(file: File): Promise<void> {
   const says = (words: string) => tell(`${file.name}: ${words}`);
   if (!live()) return says("this is a finished run; open the scenario with “wireloom studio” to change it.");
   if (isImported(file.name)) return says("a session has its harness: start “wireloom studio” alone and drop it there, or make a scenario of it with “wireloom import”.");
-  const other = elsewhere(file.name, "a scenario, a file that ends in .toml,");
+  if (isSurface(file.name)) return surroundings.take(file);
+  const other = elsewhere(file.name, "a scenario (a file that ends in .toml) or a surface (STL, OBJ, PLY, glTF, GLB, STEP)");
   if (other !== null) return says(other);
   const read = await textOf(file, MOST);
   if ("fault" in read) return says(read.fault);
@@ -775,6 +828,10 @@ declare global {
       text: TextPane;
       envelope: Envelope;
       toScreen(position: [number, number, number]): { x: number; y: number };
+      /** Where the harness lies on the scale of colours: every place once. */
+      colours(): number[];
+      /** Numbers of a node in a frame. */
+      floats: number;
       /** Geometries and textures on the graphics card. */
       memory(): { geometries: number; textures: number };
     };
@@ -785,6 +842,8 @@ window.wireloom = {
   hands,
   text: textPane,
   envelope,
+  colours: () => harness.values(),
+  floats: FLOATS,
   memory: () => ({ geometries: view.renderer.info.memory.geometries, textures: view.renderer.info.memory.textures }),
   toScreen(position) {
     const box = view.renderer.domElement.getBoundingClientRect();

@@ -321,7 +321,7 @@ export class Panels {
     const live = scene?.live === true;
     const button = (words: string, title: string, act: () => void) => element("button", { title, onclick: act }, words);
     if (!scene || !chosen) {
-      this.chosen.replaceChildren(element("p", { class: "quiet" }, live ? "Nothing. Click or drag a plug, a clip, a handle or any point of a cable; N chooses the next constraint." : "Nothing. Click a constraint or a point of a cable; N chooses the next constraint."));
+      this.chosen.replaceChildren(element("p", { class: "quiet" }, live ? "Nothing. Click or drag a plug, a clip, a handle or any point of a cable, or click an obstacle; N chooses the next constraint, O the next obstacle." : "Nothing. Click a constraint, an obstacle or a point of a cable; N chooses the next constraint."));
       return;
     }
     if (chosen.is === "point") {
@@ -334,6 +334,9 @@ export class Panels {
         ...(live ? [element("div", { class: "buttons" }, button("Hold", "Adds a handle here (H)", () => this.hands.hold(branch, s, "handle")), button("Pin", "Held as it is: position, tangent and twist (P)", () => this.hands.hold(branch, s, "pin")), button("Clip", "A clip closes here: position and tangent (C)", () => this.hands.hold(branch, s, "collar")))] : []),
       );
       if (index >= 0) this.lookAt(index);
+    } else if (chosen.is === "obstacle") {
+      const acts = [button("Move", "Arrows to move it (G)", () => this.wishes.toggleGizmo("translate")), button("Turn", "Rings to rotate it (R)", () => this.wishes.toggleGizmo("rotate")), button("Delete", "Deletes it from the text (Delete)", () => this.hands.release())];
+      this.chosen.replaceChildren(element("p", {}, element("strong", {}, chosen.name), element("span", { class: "quiet" }, " obstacle")), this.facts, ...(live ? [element("div", { class: "buttons" }, ...acts)] : []));
     } else {
       const constraint = this.hands.constraint()!;
       const parts: (Node | string)[] = [element("p", {}, element("strong", {}, constraint.name), element("span", { class: "quiet" }, ` ${constraint.kind}${constraint.place ? ` on ${constraint.place[0]}` : ""}`)), ...identity(constraint.identity), this.facts];
@@ -409,6 +412,9 @@ export class Panels {
       for (const quantity of QUANTITIES) {
         facts.push([quantity.name === "bend" ? "bend radius" : quantity.label.toLowerCase(), inWords(quantity, valueAt(frame, scene, point.branch, point.s, quantity.column))]);
       }
+    } else if (chosen.is === "obstacle") {
+      const at = frame.header.obstacles[scene.obstacles.findIndex(({ name }) => name === chosen.name)];
+      if (at) facts.push(["at", components(at.at.position, "m", 4)], ["force on the harness", newtons(Math.hypot(...at.force))], ["contact points", String(at.contacts)]);
     } else {
       const at = this.hands.at(chosen.name);
       if (this.acts) this.acts.hidden = !at;

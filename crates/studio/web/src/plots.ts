@@ -1,4 +1,4 @@
-// Plots along the arc length of a branch: bend radius (logarithmic, with its limit), tension, bending moment, torque.
+// Plots along the arc length of a branch: bend radius (logarithmic, with its limit), forces, moments, strains.
 import { inWords, QUANTITIES, type Quantity } from "./colours";
 import { svg } from "./dom";
 import { Column, firstNodes, type Frame } from "./frame";
@@ -53,7 +53,7 @@ export class Plot {
     this.length = branch.length;
     const radius = this.quantity.name === "bend";
     const column = this.quantity.column;
-    const round = noise(radius ? "m" : column === Column.tension ? "N" : "N m");
+    const round = noise(this.quantity.unit);
     let [least, most] = [Infinity, -Infinity];
     for (const part of [nodes, before]) {
       for (let i = column; part && i < part.length; i += FLOATS) {
@@ -92,14 +92,13 @@ export class Plot {
     this.before.setAttribute("d", before ? path(before) : "");
     this.limit.setAttribute("visibility", limit === null ? "hidden" : "visible");
     if (limit !== null) for (const side of ["y1", "y2"]) this.limit.setAttribute(side, y(limit).toFixed(1));
-    // Forces in N, all else in thousandths: mm and N mm.
-    const unit = column === Column.tension ? 1 : 1000;
-    const number = (value: number, significant = 3) => (radius && value > 1e3 ? "straight" : digits(Math.abs(value) < Math.max(round, 1e-6 * Math.max(high, -low)) ? 0 : value * unit, significant));
+    const { unit, factor } = this.quantity.typed ?? { unit: "mm", factor: 1000 };
+    const number = (value: number, significant = 3) => (radius && value > 1e3 ? "straight" : digits(Math.abs(value) < Math.max(round, 1e-6 * Math.max(high, -low)) ? 0 : value * factor, significant));
     const short = (value: number) => number(value, 2);
     this.low.textContent = short(low);
     this.high.textContent = (radius && most > high ? "> " : "") + short(high);
     this.end.textContent = millimetres(branch.length);
-    this.title.textContent = radius ? "Bend radius, mm" : column === Column.tension ? "Tension, N" : `${this.quantity.label}, N mm`;
+    this.title.textContent = radius ? `Bend radius, ${unit}` : `${this.quantity.label}, ${unit}`;
     this.cursor.setAttribute("visibility", pointed === null ? "hidden" : "visible");
     let words = radius ? `≥ ${number(least)}${limit === null ? "" : `, allowed ${number(limit)}`}` : `${number(least)} … ${number(most)}`;
     let over = limit !== null && least < limit;

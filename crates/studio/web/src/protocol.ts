@@ -7,6 +7,16 @@ export type List = "constraints" | "obstacles" | "requirements";
 
 export type PartKind = "branch" | "constraint" | "obstacle" | "requirement";
 
+export type StoredMesh = { 
+/**
+ * Its name beside the scenario's file.
+ */
+file: string, 
+/**
+ * Whether its surface has borders, so that the obstacle needs `open = true`.
+ */
+open: boolean, };
+
 export type Start = { "joint": string } | { "end": string } | { "point": { 
 /**
  * Name of the branch.
@@ -57,7 +67,23 @@ part: PartKind,
 /**
  * Its name.
  */
-name: string, } | { "is": "split", 
+name: string, } | { "is": "move", 
+/**
+ * Its name.
+ */
+obstacle: string, 
+/**
+ * Its pose in some frame.
+ */
+from: Placed, 
+/**
+ * Where it shall be instead in that frame.
+ */
+to: Placed, } | { "is": "delete_all", 
+/**
+ * Kinds and names of the parts.
+ */
+parts: Array<[PartKind, string]>, } | { "is": "split", 
 /**
  * Name of the branch.
  */
@@ -226,6 +252,10 @@ text: string,
  * A number for the answer.
  */
 number: number, } | { "do": "draft", 
+/**
+ * Its number.
+ */
+number: number, 
 /**
  * Whether to accept it.
  */
@@ -735,13 +765,23 @@ recent: Array<Recent>,
  */
 examples: Array<Example>, 
 /**
- * When the draft of a session without a file was stored (RFC 3339); none if there is none.
+ * Drafts of sessions without a file, the newest first.
  */
-draft: string | null, 
+drafts: Array<OfferedDraft>, 
 /**
  * Largest file that a page may give to be imported, bytes. A larger one is opened by its path.
  */
 largest_import: number, };
+
+export type OfferedDraft = { 
+/**
+ * Its number, as long as this server runs.
+ */
+number: number, 
+/**
+ * Time of storage (RFC 3339).
+ */
+written: string, };
 
 export type Recent = { 
 /**
@@ -835,7 +875,11 @@ what: string,
 /**
  * The places.
  */
-items: Array<FindingItem>, };
+items: Array<FindingItem>, 
+/**
+ * The place of the element that the sentence names; none if there are items.
+ */
+place: Place | null, };
 
 export type FindingItem = { 
 /**
@@ -881,11 +925,11 @@ message: string,
 /**
  * A hint.
  */
-help: string, } | { "is": "draft", 
+help: string, } | { "is": "drafts", 
 /**
- * Time of storage (RFC 3339); none if there is no draft any more.
+ * The drafts, the newest first.
  */
-written: string | null, } | { "is": "saved", 
+drafts: Array<OfferedDraft>, } | { "is": "saved", 
 /**
  * Name for the file.
  */
@@ -1139,4 +1183,4 @@ corners: number,
 triangles: number, };
 
 /** Number of quantities per node. */
-export const FLOATS = 12;
+export const FLOATS = 14;

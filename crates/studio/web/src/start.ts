@@ -3,7 +3,7 @@ import { byId, element } from "./dom";
 import { faultWords, MOST } from "./editor";
 import { elsewhere, isImported, ofOtherKind, textOf } from "./files";
 import type { Link, LinkState } from "./link";
-import type { Arranged, Contents, ImportFile, NotOpened, Opening, StartPage } from "./protocol";
+import type { Arranged, Contents, ImportFile, NotOpened, OfferedDraft, Opening, StartPage } from "./protocol";
 import type { Store } from "./store";
 import { when } from "./units";
 
@@ -20,6 +20,20 @@ const ARRANGEMENTS: [Arranged, string][] = [
 function nameAndFolder(path: string): { name: string; folder: string } {
   const at = Math.max(path.lastIndexOf("/"), path.lastIndexOf("\\"));
   return { name: path.slice(at + 1), folder: path.slice(0, Math.max(at, 0)) };
+}
+
+/** Drafts of earlier sessions, each to be restored or discarded. */
+export function offers(drafts: OfferedDraft[], words: string, answer: (number: number, take: boolean) => void): HTMLElement[] {
+  return drafts.map(({ number, written }) => {
+    const of = `that of ${when(written)}`;
+    return element(
+      "div",
+      { class: "row" },
+      element("span", {}, `${words} (${when(written)}).`),
+      element("button", { onclick: () => answer(number, true), title: `Restores ${of}` }, "Restore it"),
+      element("button", { onclick: () => answer(number, false), title: `Discards ${of}` }, "Discard it"),
+    );
+  });
 }
 
 export class StartPane {
@@ -93,14 +107,12 @@ export class StartPane {
     this.holder.hidden = false;
     this.folder.textContent = page.folder;
     this.largestImport = page.largest_import;
-    this.draft.hidden = page.draft === null;
-    if (page.draft !== null) {
-      const answer = (take: boolean) => () => {
-        if (take) this.wait("Opening the unsaved harness…");
-        this.connection.send({ do: "draft", take });
-      };
-      this.draft.replaceChildren(element("span", {}, `A harness without a file was not saved (${when(page.draft)}).`), element("button", { onclick: answer(true) }, "Restore it"), element("button", { onclick: answer(false) }, "Discard it"));
-    }
+    this.draft.hidden = page.drafts.length === 0;
+    const answer = (number: number, take: boolean) => {
+      if (take) this.wait("Opening the unsaved harness…");
+      this.connection.send({ do: "draft", number, take });
+    };
+    this.draft.replaceChildren(...offers(page.drafts, "A harness without a file was not saved", answer));
     const entries = page.recent.map(({ path, opened, gone }) => {
       const { name, folder } = nameAndFolder(path);
       const details = element("span", { class: "quiet" }, [gone ? "gone:" : "", folder, opened === null ? "" : `(${when(opened)})`].filter((words) => words !== "").join(" "));

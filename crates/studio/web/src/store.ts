@@ -1,7 +1,7 @@
 // What the page knows: scene, timeline, session, and the frames it has got; which of them is shown.
 import { Emitter } from "./emitter";
 import { fits, type Frame } from "./frame";
-import type { Contents, Document, Imported, Notice, NotOpened, Scene, Session, Sheet, StartPage, TextFault, Timeline } from "./protocol";
+import type { Contents, Document, Imported, Notice, NotOpened, OfferedDraft, Scene, Session, Sheet, StartPage, TextFault, Timeline } from "./protocol";
 
 interface Events {
   scene: Scene;
@@ -23,8 +23,8 @@ interface Events {
   conflict: { name: string; own: boolean };
   /** Another program has changed the file. */
   outside: string;
-  /** When what an earlier session left unsaved was kept; null: there is no such thing (any more). */
-  draft: string | null;
+  /** What earlier sessions left unsaved, the newest first; empty: there is no such thing (any more). */
+  drafts: OfferedDraft[];
   /** There is no session yet: what can be opened. */
   start_page: StartPage;
   /** Modules and variants of a file that is to be imported. */
@@ -100,8 +100,8 @@ export class Store extends Emitter<Events> {
       case "saved":
         this.tell("saved", notice);
         break;
-      case "draft":
-        this.tell("draft", notice.written);
+      case "drafts":
+        this.tell("drafts", notice.drafts);
         break;
       case "document":
         this.document = notice;

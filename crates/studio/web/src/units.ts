@@ -15,6 +15,7 @@ const UNITS: Record<string, { noise: number; shown: (size: number) => Shown }> =
   J: { noise: 5e-7, shown: (size) => (size >= 1 ? { unit: "J", factor: 1 } : { unit: "mJ", factor: 1000 }) },
   s: { noise: 0, shown: (size) => (size < 1e-3 ? { unit: "µs", factor: 1e6 } : size < 1 ? { unit: "ms", factor: 1000 } : { unit: "s", factor: 1 }) },
   "rad/m": { noise: 5e-5, shown: () => ({ unit: "rad/m", factor: 1 }) },
+  strain: { noise: 5e-7, shown: () => ({ unit: "%", factor: 100 }) },
   turns: { noise: 5e-5, shown: () => ({ unit: "turns", factor: 1 }) },
 };
 const PURE = { noise: 5e-7, shown: () => ({ unit: "", factor: 1 }) };
@@ -43,7 +44,7 @@ export function digits(value: number, significant = 3): string {
 /** What is round-off in an SI unit. */
 export const noise = (unit: string): number => of(unit).noise;
 
-/** A number of an SI unit (m, N, N m, J, s, rad/m, turns; empty for a pure number) in words. */
+/** A number of an SI unit (m, N, N m, J, s, rad/m, turns; strain; empty for a pure number) in words. */
 export function quantity(value: number, unit: string, significant = 3): string {
   const { noise: least, shown } = of(unit);
   const size = Math.abs(value);

@@ -70,7 +70,7 @@ async function runs(page, name) {
   const shown = await page.evaluate(() => {
     const { store } = window.wireloom;
     let node = 0;
-    return Object.fromEntries(store.scene.branches.map((branch) => [branch.name, Array.from({ length: branch.nodes }, () => [0, 1, 2].map((axis) => store.shown.nodes[12 * node + axis]).concat(node++)).map((p) => p.slice(0, 3))]));
+    return Object.fromEntries(store.scene.branches.map((branch) => [branch.name, Array.from({ length: branch.nodes }, () => [0, 1, 2].map((axis) => store.shown.nodes[window.wireloom.floats * node + axis]).concat(node++)).map((p) => p.slice(0, 3))]));
   });
   for (const [branch, { position }] of Object.entries(last.branches)) {
     assert.equal(position.length, shown[branch].length, branch);
@@ -352,8 +352,6 @@ test("a scenario that is dropped becomes the text; what cannot is told", { skip:
   const before = await sessionText(page);
   await drop("a.kbl", "<kbl/>");
   await said("wireloom import");
-  await drop("a.stl", "solid");
-  await said("mesh =");
   await drop("a.png", "x");
   await said("a file that ends in .toml");
   await drop("a.toml", [0xff, 0xfe, 0x41]);

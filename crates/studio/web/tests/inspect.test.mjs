@@ -51,7 +51,7 @@ test("parts are found by name and pattern, hidden, isolated and shown again", as
   const isolated = await coloured(page);
   assert.ok(isolated < 0.8 * all && isolated > 0.1 * all, `${isolated} of ${all} pixels`);
   // What is not to be seen cannot be chosen with the mouse, nor by the keyboard.
-  const place = await page.evaluate(() => window.wireloom.toScreen([0, 1, 2].map((axis) => window.wireloom.store.shown.nodes[(61 * 2 + 30) * 12 + axis])));
+  const place = await page.evaluate(() => window.wireloom.toScreen([0, 1, 2].map((axis) => window.wireloom.store.shown.nodes[(61 * 2 + 30) * window.wireloom.floats + axis])));
   await page.mouse.click(place.x, place.y);
   assert.equal(await page.evaluate(() => window.wireloom.hands.chosen), null);
   await page.locator("#show-all").click();
@@ -162,6 +162,42 @@ test("the range of the colours is typed, kept for its quantity, and found again"
   assert.equal(await page.locator("#range-high").inputValue(), automatic);
   assert.deepEqual(found, []);
   await page.close();
+});
+
+test("strains are colours with a legend in percent, and round-off is no strain", async () => {
+  const { page, found } = await opened();
+  await page.locator("#quantity").selectOption("stretch");
+  const high = Number(await page.locator("#range-high").inputValue());
+  assert.ok(high >= 0.1 && high <= 0.15, `2e-4 times 5: ${high} %`);
+  assert.equal(await page.locator("#range-unit").innerText(), "%");
+  assert.match(await page.locator("#scale .ticks").innerText(), /^−0\.1[\d]* %\s+0\s+0\.1[\d]* %$/, "signed: its middle is 0");
+  assert.match(await page.locator("#scale").innerText(), /longer than unstressed/);
+  await page.locator("#quantity").selectOption("surface");
+  await settled(page);
+  await page.screenshot({ path: `${shots}inspect-strain.png` });
+  assert.match(await page.locator("#scale").innerText(), /Half the diameter over the bend radius/);
+  // At a point: half the diameter times the curvature, beside the bend radius there.
+  await choose(page, { is: "point", branch: "trunk", s: 0.3 });
+  const facts = await page.locator("#panels dl.facts").evaluateAll((lists) => Object.fromEntries(lists.flatMap((list) => [...list.querySelectorAll("dt")].map((name) => [name.textContent, name.nextElementSibling.textContent]))));
+  const radius = Number.parseFloat(facts["bend radius"].replace(/[^\d.]/g, "")) * (facts["bend radius"].endsWith(" mm") ? 1e-3 : 1);
+  assert.ok(Math.abs(Number.parseFloat(facts["bending strain at the surface"]) / ((100 * 0.006) / radius) - 1) < 0.01, JSON.stringify(facts));
+  assert.match(facts.stretch, / %$/);
+  assert.match(await page.locator("#panels svg.plot[aria-label^='Stretch, %']").getAttribute("aria-label"), /along trunk/);
+  assert.deepEqual(await poorContrast(page), []);
+  assert.deepEqual(found, []);
+  await page.close();
+
+  const file = join(mkdtempSync(join(tmpdir(), "wireloom-inspect-")), "noise.html");
+  writeFileSync(file, replay(made({ noise: 3e-9 })));
+  const quiet = await browser.newPage();
+  await quiet.goto(`file://${file}`);
+  await quiet.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
+  for (const quantity of ["tension", "stretch", "torque"]) {
+    await quiet.locator("#quantity").selectOption(quantity);
+    // One colour: that of 0.
+    assert.equal(await quiet.evaluate(() => window.wireloom.colours().length), 1, quantity);
+  }
+  await quiet.close();
 });
 
 test("its controls are accessible in light and dark", async () => {

@@ -86,14 +86,14 @@ test("a click on a cable looks closer at that point", async () => {
   const place = await page.evaluate(() => {
     const { store, toScreen } = window.wireloom;
     const node = 61 * 2 + 30;
-    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[node * 12 + axis]));
+    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[node * window.wireloom.floats + axis]));
   });
   await page.mouse.move(place.x, place.y);
   assert.match(await page.locator("#over").innerText(), /right, s = 200.*bend radius/s);
   await page.mouse.click(place.x, place.y);
   const chosen = page.locator("details", { hasText: "Chosen" }).first();
   assert.match(await chosen.innerText(), /right at s = 200/);
-  assert.equal(await page.locator(".plot").count(), 4);
+  assert.equal(await page.locator(".plot").count(), 6);
   const label = await page.locator(".plot").nth(1).getAttribute("aria-label");
   assert.match(label, /^Tension, N along right: 3\.50 N at 200/);
   assert.equal(await page.getByRole("button", { name: "Hold" }).count(), 0, "a finished run has no hands");

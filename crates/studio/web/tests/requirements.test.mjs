@@ -59,7 +59,7 @@ test("a line of the sheet leads to its frame and its place", async () => {
     const at = await page.evaluate(([branch, s]) => {
       const { store, hands, toScreen } = window.wireloom;
       const node = 61 * branch + Math.round((s / store.scene.branches[branch].length) * 60);
-      return { chosen: hands.chosen, ...toScreen([0, 1, 2].map((axis) => store.shown.nodes[12 * node + axis])) };
+      return { chosen: hands.chosen, ...toScreen([0, 1, 2].map((axis) => store.shown.nodes[window.wireloom.floats * node + axis])) };
     }, [branch, s]);
     const box = await page.locator("#stage").boundingBox();
     const off = Math.hypot(at.x - box.x - box.width / 2, at.y - box.y - box.height / 2);
@@ -171,7 +171,7 @@ test("no number has an exponent, and round-off is 0", async () => {
   }
   const place = await page.evaluate(() => {
     const { store, toScreen } = window.wireloom;
-    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[12 * 20 + axis]));
+    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[window.wireloom.floats * 20 + axis]));
   });
   await page.mouse.move(place.x, place.y);
   const over = await page.locator("#over").innerText();

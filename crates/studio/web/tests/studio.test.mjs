@@ -41,7 +41,7 @@ const shape = (page) =>
     let node = 0;
     for (const branch of store.scene.branches) {
       positions[branch.name] = [];
-      for (let i = 0; i < branch.nodes; i++, node++) positions[branch.name].push([0, 1, 2].map((axis) => store.shown.nodes[12 * node + axis]));
+      for (let i = 0; i < branch.nodes; i++, node++) positions[branch.name].push([0, 1, 2].map((axis) => store.shown.nodes[window.wireloom.floats * node + axis]));
     }
     return positions;
   });
@@ -102,7 +102,7 @@ test("steps are carried out and play; plugs and points follow the mouse; run rep
   const point = await page.evaluate(() => {
     const { store, toScreen } = window.wireloom;
     const node = 41 + 15;
-    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[12 * node + axis]));
+    return toScreen([0, 1, 2].map((axis) => store.shown.nodes[window.wireloom.floats * node + axis]));
   });
   const constraints = await page.evaluate(() => window.wireloom.store.scene.constraints.length);
   await drag(page, point, [10, -70]);

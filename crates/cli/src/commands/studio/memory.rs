@@ -1,8 +1,8 @@
 //! State that the studio keeps of a scenario between sessions: its port, so that open pages notice a new session, the
-//! unsaved draft, and when it was opened. One file for each scenario, readable by its user alone, in the folder that
+//! unsaved drafts, and when it was opened. One file for each scenario, readable by its user alone, in the folder that
 //! the system has for states of programs: `$XDG_STATE_HOME/wireloom` (by default `~/.local/state/wireloom`), on Windows
-//! `%LOCALAPPDATA%\wireloom`. The start page has a file for each folder in which it was started, with the draft of a
-//! session that has no file yet.
+//! `%LOCALAPPDATA%\wireloom`. The start page has a file for each folder in which it was started, with the drafts of
+//! sessions that have no file yet.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
@@ -19,8 +19,33 @@ pub struct Remembered {
     pub opened: Option<String>,
     /// Port of the last session.
     pub port: Option<u16>,
-    /// The unsaved draft.
+    /// The unsaved draft of the session that has it open, or of the last one.
     pub draft: Option<Draft>,
+    /// Those of sessions before it that nobody has restored or discarded, the oldest first.
+    #[serde(default)]
+    pub earlier: Vec<Draft>,
+}
+
+/// Most drafts of earlier sessions that are kept; then the oldest ones go.
+const MAX_EARLIER: usize = 50;
+
+impl Remembered {
+    /// A session begins, with a text that its user has saved, or whose only copy, `unsaved`, is its own draft from now
+    /// on. The draft of the last session stays beside it, unless it is the same text.
+    pub fn begin(&mut self, text: &str, unsaved: Option<Draft>) {
+        self.set_aside();
+        self.earlier.retain(|draft| draft.text != text);
+        self.draft = unsaved;
+    }
+
+    /// Makes the draft of the last session one of the earlier ones.
+    pub fn set_aside(&mut self) {
+        let Some(draft) = self.draft.take() else { return };
+        self.earlier.retain(|own| own.text != draft.text);
+        self.earlier.push(draft);
+        let over = self.earlier.len().saturating_sub(MAX_EARLIER);
+        self.earlier.drain(..over);
+    }
 }
 
 /// A draft.
@@ -190,6 +215,31 @@ mod tests {
             let mode = std::os::unix::fs::PermissionsExt::mode(&file.unwrap().metadata().unwrap().permissions());
             assert_eq!(mode & 0o077, 0, "nobody else may read it");
         }
+    }
+
+    /// The draft of a session replaced that of the one before, or was not kept.
+    #[test]
+    fn every_session_has_a_draft_of_its_own_beside_those_before() {
+        let draft = |text: &str| Draft { text: text.to_owned(), written: "now".into() };
+        let texts = |known: &Remembered| known.earlier.iter().map(|own| own.text.clone()).collect::<Vec<_>>();
+        let mut known = Remembered { draft: Some(draft("first")), ..Remembered::default() };
+        known.begin("file", None);
+        assert_eq!((texts(&known), &known.draft), (vec!["first".to_owned()], &None));
+        known.draft = Some(draft("second"));
+        known.begin("file", None);
+        known.draft = Some(draft("first"));
+        known.begin("file", Some(draft("file")));
+        assert_eq!(texts(&known), ["second", "first"], "equal ones once, the newest last");
+        known.begin("second", None);
+        assert_eq!(texts(&known), ["first", "file"], "what was saved is no draft");
+        for k in 0..2 * MAX_EARLIER {
+            known.draft = Some(draft(&k.to_string()));
+            known.set_aside();
+        }
+        assert_eq!(known.earlier.len(), MAX_EARLIER);
+        let old = r#"{"scenario":"/a.toml","port":7,"draft":{"text":"a","written":"now"}}"#;
+        let old: Remembered = serde_json::from_str(old).expect("of an earlier version");
+        assert_eq!((old.draft, old.earlier), (Some(draft("a")), Vec::new()));
     }
 
     #[test]

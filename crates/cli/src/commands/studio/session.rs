@@ -14,6 +14,7 @@ use std::io;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wireloom::export::json::Provenance;
+use wireloom::session::Refusal;
 use wireloom_studio::exports::{self, ExportInfo};
 use wireloom_studio::server::{Backend, DraftOffer, Live};
 use wireloom_studio::{SessionFiles, SessionInput, Studio};
@@ -36,7 +37,7 @@ pub fn of_file(path: &Path, allowed: &Allowed, memory: Option<Memory>) -> Result
     let text = load::text(path)?;
     let opener = Opener { allowed: allowed.clone(), storage: FileStorage::new(path, &text) };
     let studio = opener.open(&text, false)?;
-    Ok(live(studio, &text, opener, memory))
+    Ok(live(studio, &text, false, opener, memory))
 }
 
 /// A session of a text that has no file yet: it is saved in `folder`. `unsaved`: whether the text is nowhere else.
@@ -50,15 +51,28 @@ pub fn of_text(
 ) -> Result<Live, Failure> {
     let opener = Opener { allowed: allowed.clone(), storage: FileStorage::new_in(folder, name) };
     let studio = opener.open(text, unsaved)?;
-    Ok(live(studio, text, opener, memory()))
+    Ok(live(studio, text, unsaved, opener, memory()))
 }
 
-/// The session of a text, which offers the draft of an earlier one.
-fn live(studio: Studio, text: &str, opener: Opener, memory: Option<Memory>) -> Live {
-    let draft = memory.as_ref().and_then(|memory| memory.remembered().draft.clone());
-    let offer = draft.filter(|draft| draft.text != text).map(|Draft { text, written }| DraftOffer { text, written });
-    let kept = memory.map(|memory| Mutex::new(Kept { memory, unanswered: offer.is_some() }));
-    Live::new(studio, offer, Box::new(AtHand { opener, kept }))
+/// The session of a text, which offers the drafts of earlier ones. `unsaved`: whether the text is nowhere else.
+fn live(studio: Studio, text: &str, unsaved: bool, opener: Opener, mut memory: Option<Memory>) -> Live {
+    if let Some(memory) = &mut memory {
+        let own = unsaved.then(|| Draft { text: text.to_owned(), written: now() });
+        if let Err(error) = memory.change(|known| known.begin(text, own)) {
+            cannot("keep the draft", error);
+        }
+    }
+    let earlier = memory.as_ref().map_or(&[][..], |memory| &memory.remembered().earlier).iter().rev();
+    let offer = |Draft { text, written }: &Draft| DraftOffer { text: text.clone(), written: written.clone() };
+    let offers = earlier.map(offer).collect();
+    let kept = memory.map(|memory| Mutex::new(Kept { memory, has_moved: false }));
+    Live::new(studio, offers, Box::new(AtHand { opener, kept }))
+}
+
+/// Tells on the terminal what the system refuses.
+pub fn cannot(what: &str, source: io::Error) {
+    let failure = Failure::Io { what: format!("cannot {what}"), source };
+    diagnostics::show(&failure, &mut io::stderr());
 }
 
 /// Opens sessions of one scenario.
@@ -107,8 +121,8 @@ impl Opener {
 /// The state that is kept of a scenario.
 struct Kept {
     memory: Memory,
-    /// Whether its draft is of an earlier session, and no user has restored or discarded it.
-    unanswered: bool,
+    /// Whether that is the state of another file than the session began with.
+    has_moved: bool,
 }
 
 impl Kept {
@@ -128,13 +142,14 @@ impl Kept {
         }
         let other = open(&path)?;
         let port = self.memory.remembered().port;
-        // The draft of an earlier session stays for the next one.
-        if !self.unanswered {
-            self.memory.change(|known| known.draft = None)?;
-        }
+        // Those of earlier sessions stay for the next one.
+        self.memory.change(|known| known.draft = None)?;
         let Some(mut other) = other else { return Err(io::Error::other("another studio has it open")) };
-        other.change(|known| (known.port, known.opened) = (port, Some(now())))?;
-        *self = Self { memory: other, unanswered: false };
+        other.change(|known| {
+            known.set_aside();
+            (known.port, known.opened) = (port, Some(now()));
+        })?;
+        *self = Self { memory: other, has_moved: true };
         Ok(())
     }
 }
@@ -160,28 +175,30 @@ impl Backend for AtHand {
         let draft = draft.map(|text| Draft { text: text.to_owned(), written: now() });
         let Some((mut kept, followed)) = self.kept() else { return };
         if let Err(error) = followed {
-            let failure = Failure::Io { what: "cannot keep drafts of the new file".to_owned(), source: error };
-            diagnostics::show(&failure, &mut io::stderr());
-            return;
+            return cannot("keep drafts of the new file", error);
         }
-        kept.unanswered = false;
         if let Err(error) = kept.memory.change(|known| known.draft = draft) {
-            let failure = Failure::Io { what: "cannot keep the draft".to_owned(), source: error };
-            diagnostics::show(&failure, &mut io::stderr());
+            cannot("keep the draft", error);
+        }
+    }
+
+    fn discard(&self, draft: &str) {
+        let Some((mut kept, _)) = self.kept() else { return };
+        if let Err(error) = kept.memory.change(|known| known.earlier.retain(|own| own.text != draft)) {
+            cannot("delete the draft", error);
         }
     }
 
     fn open(&self, draft: &str) -> Result<Studio, String> {
-        let studio = self.opener.open(draft, true).map_err(|failure| failure.to_string())?;
-        if let Some((mut kept, _)) = self.kept() {
-            // From now on it is the draft of this session.
-            kept.unanswered = false;
-        }
-        Ok(studio)
+        self.opener.open(draft, true).map_err(|failure| failure.to_string())
     }
 
     fn still_offers(&self) -> bool {
-        self.kept().is_some_and(|(kept, followed)| followed.is_ok() && kept.unanswered)
+        self.kept().is_some_and(|(kept, followed)| followed.is_ok() && !kept.has_moved)
+    }
+
+    fn store_beside(&self, name: &str, bytes: &[u8]) -> Result<String, Refusal> {
+        self.opener.storage.store_beside(name, bytes)
     }
 
     fn changed_outside(&self) -> Option<String> {
@@ -207,6 +224,7 @@ impl Backend for AtHand {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::studio::memory::Remembered;
     use std::fs;
     use std::net::TcpListener;
     use std::time::{Duration, Instant};
@@ -240,7 +258,7 @@ mod tests {
         let of = |path: &Path| Memory::within(&place.join("states"), path.to_owned());
         let [old, new] = ["y.toml", "z.toml"].map(|name| place.join(name));
         fs::write(&new, "").expect("written");
-        let mut kept = Kept { memory: of(&old).expect("readable").expect("free"), unanswered: false };
+        let mut kept = Kept { memory: of(&old).expect("readable").expect("free"), has_moved: false };
         let draft = Some(Draft { text: "a = 1".to_owned(), written: now() });
         kept.memory.change(|known| (known.port, known.draft) = (Some(7), draft)).expect("written");
         kept.follow(&new, of).expect("readable");
@@ -257,7 +275,7 @@ mod tests {
         let [old, new] = ["y.toml", "z.toml"].map(|name| place.join(name));
         fs::write(&new, "").expect("written");
         let memory = Memory::within(&place.join("states"), old.clone()).expect("readable").expect("free");
-        let mut kept = Kept { memory, unanswered: false };
+        let mut kept = Kept { memory, has_moved: false };
         let draft = Draft { text: "a = 1".to_owned(), written: now() };
         kept.memory.change(|known| known.draft = Some(draft.clone())).expect("written");
         kept.follow(&old, |_| panic!("it was removed")).expect("its draft is kept");
@@ -268,9 +286,9 @@ mod tests {
         assert_eq!((kept.scenario.as_path(), &kept.draft), (old.as_path(), &None));
     }
 
-    /// An imported harness, which is unsaved, replaced the draft at the first interval.
+    /// An imported harness, which is unsaved, replaced the draft at the first interval; then it was not kept itself.
     #[test]
-    fn a_draft_that_nobody_has_answered_is_not_replaced_by_another_text_without_a_file() {
+    fn a_draft_that_nobody_has_answered_stays_beside_that_of_another_text_without_a_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let place = folder.path().canonicalize().expect("there");
         let kept = || Memory::within(&place.join("states"), place.clone()).expect("readable").expect("free");
@@ -289,7 +307,9 @@ mod tests {
         let token = Token::random().expect("random numbers");
         let server = Server::start(listener, "127.0.0.1", token, site).expect("started");
         assert!(server.stop(), "it keeps the draft at the end, too");
-        assert_eq!(kept().remembered().draft, Some(draft));
+        let kept = kept();
+        let Remembered { draft: own, earlier, .. } = kept.remembered();
+        assert_eq!((own.as_ref().map(|own| own.text.as_str()), earlier), (Some(CABLE), &vec![draft]));
     }
 
     /// To save the session under a name deleted it.
@@ -300,11 +320,13 @@ mod tests {
         let of = |path: &Path| Memory::within(&place.join("states"), path.to_owned());
         let new = place.join("mine.toml");
         fs::write(&new, "").expect("written");
-        let mut kept = Kept { memory: of(&place).expect("readable").expect("free"), unanswered: true };
-        let draft = Some(Draft { text: "a = 1".to_owned(), written: now() });
-        kept.memory.change(|known| known.draft.clone_from(&draft)).expect("written");
+        let mut kept = Kept { memory: of(&place).expect("readable").expect("free"), has_moved: false };
+        let [earlier, own] = ["a = 1", "a = 2"].map(|text| Draft { text: text.to_owned(), written: now() });
+        kept.memory.change(|known| known.draft = Some(earlier.clone())).expect("written");
+        kept.memory.change(|known| known.begin("a = 0", Some(own))).expect("written");
         kept.follow(&new, of).expect("readable");
-        assert_eq!((kept.memory.remembered().scenario.as_path(), kept.unanswered), (new.as_path(), false));
-        assert_eq!(of(&place).expect("readable").expect("free again").remembered().draft, draft);
+        assert_eq!((kept.memory.remembered().scenario.as_path(), kept.has_moved), (new.as_path(), true));
+        let memory = of(&place).expect("readable").expect("free again");
+        assert_eq!((&memory.remembered().draft, &memory.remembered().earlier), (&None, &vec![earlier]));
     }
 }

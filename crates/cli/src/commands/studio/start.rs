@@ -1,6 +1,6 @@
 //! The start page: recent files, examples, a new harness, files that are given to the page.
 
-use super::memory::{self, Memory};
+use super::memory::{self, Draft, Memory, Remembered};
 use super::{finished, session};
 use crate::arguments::Allowed;
 use crate::commands::import::{ACCURACY, source};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use wireloom::import::kbl::{self, Arrangement, Options, Selection};
 use wireloom_studio::protocol::{
-    Arranged, Contents, Example, ImportFile, Module, NotOpened, Notice, Opening, Recent, StartPage,
+    Arranged, Contents, Example, ImportFile, Module, NotOpened, Notice, OfferedDraft, Opening, Recent, StartPage,
 };
 use wireloom_studio::server::{Content, Live, Site, Start, Starter, not_opened};
 use wireloom_studio::{MAX_FILE, PAGE, imported};
@@ -42,6 +42,12 @@ const EXAMPLES: &[(&str, &str, &str)] = &examples! {
 
 /// The start page of a folder; `port`: where it is served; `memory`: the state that is kept of it.
 pub fn site(folder: PathBuf, allowed: &Allowed, port: u16, memory: Option<Memory>) -> Site {
+    let mut memory = memory;
+    if let Some(memory) = &mut memory
+        && let Err(error) = memory.change(Remembered::set_aside)
+    {
+        session::cannot("keep the draft", error);
+    }
     let starter = AtHand { folder, allowed: allowed.clone(), port, memory: Mutex::new(memory) };
     let content = Content::Start(Start::new(Box::new(starter)));
     Site { page: PAGE.to_owned(), content, envelope: None }
@@ -186,13 +192,16 @@ impl Starter for AtHand {
             Some(Recent { path, opened: known.opened, gone: !known.scenario.exists() })
         };
         let memory = self.memory();
-        let draft = memory.as_ref().and_then(|memory| memory.remembered().draft.as_ref());
+        let earlier = memory.as_ref().map_or(&[][..], |memory| &memory.remembered().earlier);
+        let offered = |(number, draft): (u32, &Draft)| OfferedDraft { number, written: draft.written.clone() };
+        let mut drafts: Vec<OfferedDraft> = (0..).zip(earlier).map(offered).collect();
+        drafts.reverse();
         StartPage {
             program: PROGRAM.to_owned(),
             folder: self.folder.display().to_string(),
             recent: memory::recent().into_iter().filter_map(recent).collect(),
             examples: EXAMPLES.iter().map(example).collect(),
-            draft: draft.map(|draft| draft.written.clone()),
+            drafts,
             largest_import: u32::try_from(MAX_FILE).unwrap_or(u32::MAX),
         }
     }
@@ -218,20 +227,24 @@ impl Starter for AtHand {
         live.map(page).map_err(told)
     }
 
-    fn restore(&self) -> Result<Site, NotOpened> {
-        let draft = self.memory().as_ref().and_then(|memory| memory.remembered().draft.clone());
+    fn restore(&self, number: u32) -> Result<Site, NotOpened> {
+        let draft = self.memory().as_ref().and_then(|memory| memory.remembered().earlier.get(number as usize).cloned());
         let draft = draft.ok_or_else(|| {
-            not_opened("there is no draft any more", "another page has accepted or discarded it", "", &[])
+            not_opened("there is no such draft any more", "another page has accepted or discarded it", "", &[])
         })?;
         self.text(&draft.text, DRAFT_NAME, true).map(page).map_err(told)
     }
 
-    fn discard(&self) {
+    fn discard(&self, number: u32) {
+        let forget = |known: &mut Remembered| {
+            if (number as usize) < known.earlier.len() {
+                known.earlier.remove(number as usize);
+            }
+        };
         if let Some(memory) = &mut *self.memory()
-            && let Err(error) = memory.change(|known| known.draft = None)
+            && let Err(error) = memory.change(forget)
         {
-            let failure = Failure::Io { what: "cannot delete the draft".to_owned(), source: error };
-            diagnostics::show(&failure, &mut io::stderr());
+            session::cannot("delete the draft", error);
         }
     }
 }

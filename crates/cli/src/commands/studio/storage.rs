@@ -1,5 +1,6 @@
 //! The scenario's file, as the studio writes it: what another program has written there is not replaced unasked.
 
+use crate::failure::Failure;
 use crate::files::{folder, load};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,9 @@ use wireloom_studio::{Storage, StoreError};
 const DEFAULT_NAME: &str = "harness.toml";
 /// Longest name of a file, bytes.
 const LONGEST_NAME: usize = 120;
+
+/// Most files of one name with numbers.
+const MAX_ALIKE: usize = 1000;
 
 /// The scenario's file.
 struct OnDisk {
@@ -73,6 +77,35 @@ impl FileStorage {
         Some(disk.name())
     }
 
+    /// Stores a file that the scenario is to name, in its folder. Returns its name: `panel-2.stl` where there is a
+    /// `panel.stl` with other content.
+    ///
+    /// # Errors
+    /// If the scenario has no file yet, the name is none of a file, or the system refuses.
+    pub fn store_beside(&self, name: &str, bytes: &[u8]) -> Result<String, Refusal> {
+        let path = self.file().ok_or_else(|| no_file_yet("save it first: the file is stored beside it"))?;
+        let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+        if !is_plain(name) || stem.is_empty() || ending.is_empty() {
+            let help = "give it a name without a folder, with an ending, such as \"panel.stl\"";
+            return Err(Refusal::new(format!("{name:?} is no name for a file beside the scenario"), help));
+        }
+        let names = std::iter::once(name.to_owned()).chain((2..MAX_ALIKE).map(|k| format!("{stem}-{k}.{ending}")));
+        for name in names {
+            let place = path.with_file_name(&name);
+            let there = place.symlink_metadata();
+            if there.as_ref().is_ok_and(|there| there.is_file()) && load::bytes(&place).is_ok_and(|own| own == bytes) {
+                return Ok(name);
+            }
+            if there.is_ok() {
+                continue;
+            }
+            let written = folder::write(&place, |out| out.write_all(bytes).and_then(|()| out.sync()));
+            let refused = |failure: Failure| Refusal::new(failure.to_string(), "put the file there by hand");
+            return written.map(|()| name).map_err(refused);
+        }
+        Err(Refusal::new(format!("there are too many other files like {name:?}"), "rename it, or remove some of them"))
+    }
+
     fn disk(&self) -> MutexGuard<'_, OnDisk> {
         // No critical section leaves it half changed.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
@@ -97,10 +130,15 @@ impl OnDisk {
     }
 }
 
+/// Whether a name is that of a file within a folder, and of one that is listed.
+fn is_plain(name: &str) -> bool {
+    let within = !name.contains(['/', '\\', ':', '\0']) && !name.starts_with('.');
+    within && name.len() <= LONGEST_NAME && name.trim() == name
+}
+
 /// The path of another file of the same folder.
 fn beside(path: &Path, name: &str) -> Result<PathBuf, Refusal> {
-    let plain = !name.contains(['/', '\\', ':', '\0']) && !name.starts_with('.') && name.len() <= LONGEST_NAME;
-    if !plain || name.trim() != name || name.strip_suffix(".toml").is_none_or(str::is_empty) {
+    if !is_plain(name) || name.strip_suffix(".toml").is_none_or(str::is_empty) {
         let message = format!("{name:?} is no name for the file of a scenario");
         return Err(Refusal::new(message, "give a name without a folder that ends in .toml, such as \"harness.toml\""));
     }
@@ -271,6 +309,26 @@ mod tests {
         fs::write(&one, "a = 3").expect("written");
         assert_eq!(storage.store("a = 4", None, false), Err(StoreError::Changed { name: "link.toml".to_owned() }));
         assert_eq!([&one, &two].map(|path| fs::read_to_string(path).expect("a file")), ["a = 3", "a = 2"]);
+    }
+
+    #[test]
+    fn files_of_obstacles_lie_beside_the_scenario_and_replace_no_others() {
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("y.toml");
+        fs::write(&path, "a = 1").expect("written");
+        let storage = FileStorage::new(&path, "a = 1");
+        let store = |name: &str, bytes: &[u8]| storage.store_beside(name, bytes).map_err(|refusal| refusal.message);
+        assert_eq!(store("panel.stl", b"one").as_deref(), Ok("panel.stl"));
+        assert_eq!(store("panel.stl", b"one").as_deref(), Ok("panel.stl"), "it is there already");
+        assert_eq!(store("panel.stl", b"two").as_deref(), Ok("panel-2.stl"));
+        assert_eq!(fs::read(place.path().join("panel.stl")).expect("there"), b"one");
+        assert_eq!(fs::read(place.path().join("panel-2.stl")).expect("there"), b"two");
+        for name in ["", ".stl", "../panel.stl", "a/b.stl", "c:x.stl", "stl", "panel.stl ", &"x".repeat(200)] {
+            assert!(store(name, b"x").is_err_and(|said| said.contains("is no name")), "{name}");
+        }
+        let new = FileStorage::new_in(place.path(), "new.toml");
+        assert!(new.store_beside("panel.stl", b"x").is_err_and(|said| said.help.contains("save it first")));
+        assert_eq!(fs::read_dir(place.path()).expect("there").count(), 3);
     }
 
     /// The text went to where a link led, out of the folder.

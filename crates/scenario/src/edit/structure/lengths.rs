@@ -15,10 +15,10 @@ pub(super) fn metres_of(value: &Value) -> Option<f64> {
     plain.or_else(|| units::any(value.as_str()?).ok().map(|(metres, _)| metres))
 }
 
-/// A length in the unit of another one, rounded to a part in 10⁹ of a metre.
-pub(super) fn length_like(other: Option<&Item>, metres: f64) -> Value {
+/// A length in the unit of another one, if that is written as a string, rounded to a part in 10⁹ of a metre.
+pub(super) fn length_like(other: Option<&str>, metres: f64) -> Value {
     let rounded = |x: f64, part: f64| (x * part).round() / part;
-    let unit = other.and_then(Item::as_str).map(|word| word.trim_start_matches(|c: char| !c.is_alphabetic()).trim());
+    let unit = other.map(|word| word.trim_start_matches(|c: char| !c.is_alphabetic()).trim());
     match unit.and_then(|unit| Some((unit, units::any(&format!("1 {unit}")).ok()?.0))) {
         Some((unit, factor)) => Value::from(format!("{} {unit}", rounded(metres / factor, 1e9 * factor))),
         None => number(rounded(metres, 1e9)),

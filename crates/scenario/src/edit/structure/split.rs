@@ -81,8 +81,9 @@ fn halve(text: &str, document: &mut DocumentMut, split: &Split<'_>) -> Result<In
     set(&mut other, "name", second.into());
     set(&mut other, "from", joint.into());
     let whole = entry.get("length").cloned();
-    set(&mut other, "length", length_like(whole.as_ref(), length - s));
-    set(*entry, "length", length_like(whole.as_ref(), s));
+    let unit = whole.as_ref().and_then(Item::as_str);
+    set(&mut other, "length", length_like(unit, length - s));
+    set(*entry, "length", length_like(unit, s));
     set(*entry, "to", joint.into());
     if let Some(count) = entry.get("segments").and_then(Item::as_integer) {
         let first = ((count as f64 * s / length).round() as i64).clamp(1, (count - 1).max(1));

@@ -370,6 +370,23 @@ fn a_temperature_of_a_deleted_branch_goes_with_it() {
 }
 
 #[test]
+fn an_obstacle_is_moved_in_the_units_of_its_entry_and_turned_instead_of_its_directions() {
+    let post = "\n[[obstacles]]\nname = \"post\"\nshape = \"cylinder\"\nradius = \"30 mm\"\nlength = 1\n\
+                position = [\"100 mm\", 0.2, \"1 in\"] # measured\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n";
+    let text = format!("{TEXT}{post}");
+    let moved = with_pose(&text, "post", Some(&Vector::new(0.15, 0.25, 0.0508)), None).expect("an obstacle");
+    assert_eq!(
+        difference(&text, &moved),
+        ["-position = [\"100 mm\", 0.2, \"1 in\"] # measured", "+position = [\"150 mm\", 0.25, \"2 in\"] # measured"]
+    );
+    let turn = Rotation::from_euler_angles(0.0, 0.0, -std::f64::consts::FRAC_PI_2);
+    let turned = with_pose(&text, "post", None, Some(&turn)).expect("an obstacle");
+    let lines = ["-tangent = [1, 0, 0]", "-up = [0, 0, 1]", "+orientation = [0.7071068, 0, 0, -0.7071068]"];
+    assert_eq!(difference(&text, &turned), lines);
+    assert!(message(with_pose(&text, "pole", None, None)).contains("pole"));
+}
+
+#[test]
 fn entries_and_keys_come_and_go_and_comments_stay() {
     let ball = json!({ "name": "ball", "shape": "sphere", "radius": "30 mm", "position": [0.1, 0, 0] });
     let text = with_entry(TEXT, "obstacles", &ball).expect("an entry");

@@ -33,6 +33,10 @@ fn edits_are_named_commands_that_undo_and_that_run_carries_out() {
     let add = |list, entry| Edit::Add { list, entry };
     let rename = |part, name: &str, to: &str| Edit::Rename { part, name: name.into(), to: to.into() };
     let delete = |part, name: &str| Edit::Delete { part, name: name.into() };
+    let at = |position, orientation| Placed { position, orientation };
+    // Wherever a mechanism has carried it.
+    let from = at([7.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]);
+    let by = |[x, y, z]: [f64; 3], turn| Edit::Move { obstacle: "ball".into(), from, to: at([7.0 + x, y, z], turn) };
     let ball = json!({ "name": "ball", "shape": "sphere", "radius": "30 mm", "position": [0.3, 0.3, 0.1] });
     let bend = json!({ "name": "bend", "quantity": "bend_radius", "of": { "branch": "long arm" }, "min": "20 mm" });
     let clip = json!({ "name": "tie", "kind": "collar", "at": { "branch": "right", "s": "200 mm" },
@@ -46,6 +50,8 @@ fn edits_are_named_commands_that_undo_and_that_run_carries_out() {
         (Edit::Remove { key: "constraints.tie.tangent".into() }, "remove tangent of constraints.tie", ""),
         (add(List::Obstacles, ball), "add obstacle ball", "[[obstacles]]\nname = \"ball\"\nshape = \"sphere\""),
         (put("obstacles.ball.position", json!([0.3, 0.35, 0.1])), "position of obstacles.ball", "[0.3, 0.35, 0.1]"),
+        (by([0.0, 0.05, 0.0], [1.0, 0.0, 0.0, 0.0]), "move obstacle ball", "position = [0.3, 0.4, 0.1]"),
+        (by([0.0; 3], [1.0, 0.0, 0.0, 1.0]), "turn obstacle ball", "orientation = [0.7071068, 0, 0, 0.7071068]"),
         (delete(PartKind::Obstacle, "ball"), "delete obstacle ball", ""),
         (Edit::Split { branch: "right".into(), s: 0.1 }, "split branch right", "name = \"right 2\""),
         (delete(PartKind::Constraint, "tie"), "delete constraint tie", ""),
@@ -88,9 +94,34 @@ fn branches_are_added_at_a_joint_an_end_and_a_point() {
 }
 
 #[test]
+fn several_parts_are_deleted_as_one_command_and_a_branch_with_its_clip() {
+    let given = format!("{Y}{STEPS}");
+    let mut session = session(&given);
+    let clip = json!({ "name": "tie", "kind": "collar", "at": { "branch": "right", "s": "200 mm" },
+        "position": [0.6, -0.1, -0.1], "tangent": [0.8, -0.5, 0] });
+    edit(&mut session, Edit::Add { list: List::Constraints, entry: clip });
+    let ball = json!({ "name": "ball", "shape": "sphere", "radius": "30 mm", "position": [0.3, 0.5, 0.1] });
+    edit(&mut session, Edit::Add { list: List::Obstacles, entry: ball });
+    edit(&mut session, Edit::Split { branch: "right".into(), s: 0.1 });
+    let before = session.text();
+    let parts = [(PartKind::Branch, "right 2"), (PartKind::Constraint, "tie"), (PartKind::Obstacle, "ball")];
+    let parts = parts.map(|(part, name)| (part, name.to_owned()));
+    edit(&mut session, Edit::DeleteAll { parts: [parts.to_vec(), parts.to_vec()].concat() });
+    assert_eq!(session.undo_labels()[0].as_deref(), Some("delete 3 parts"));
+    let text = as_run(&mut session);
+    assert!(!["right 2", "tie", "ball"].iter().any(|name| text.contains(name)), "{text}");
+    done(&mut session, Request::Undo);
+    assert_eq!(session.text(), before);
+    let said = refused(&mut session, Request::Edit { edit: Edit::DeleteAll { parts: Vec::new() } });
+    assert!(said.contains("nothing to delete"), "{said}");
+}
+
+#[test]
 fn edits_that_make_no_scenario_are_refused_and_change_nothing() {
     let mut session = session(&format!("{Y}{STEPS}"));
     let before = (session.text(), session.now.frames());
+    let at = |orientation| Placed { position: [0.0; 3], orientation };
+    let by = |name: &str, turn| Edit::Move { obstacle: name.into(), from: at([1.0, 0.0, 0.0, 0.0]), to: at(turn) };
     for (edit, says) in [
         (Edit::Put { key: "branches.left.length".into(), value: json!(-1) }, "length"),
         (Edit::Put { key: "branches.lft.length".into(), value: json!(1) }, "there is no `lft`"),
@@ -99,6 +130,9 @@ fn edits_that_make_no_scenario_are_refused_and_change_nothing() {
         (Edit::Rename { part: PartKind::Branch, name: "left".into(), to: "right".into() }, "already a branch"),
         (Edit::Delete { part: PartKind::Branch, name: "none".into() }, "no branch \"none\""),
         (Edit::Split { branch: "left".into(), s: 7.0 }, "cannot be split"),
+        (by("none", [1.0, 0.0, 0.0, 0.0]), "no obstacle \"none\""),
+        (by("none", [0.0; 4]), "length 0"),
+        (Edit::DeleteAll { parts: vec![(PartKind::Branch, "left".into()), (PartKind::Branch, "x".into())] }, "\"x\""),
         (Edit::Add { list: List::Obstacles, entry: json!({ "name": "x" }) }, "neither `shape` nor `mesh`"),
         (Edit::Add { list: List::Requirements, entry: json!([]) }, "is no entry"),
     ] {

@@ -46,6 +46,6 @@ impl Split<'_> {
 
     /// An arc length of the branch as one of its second half.
     pub(super) fn behind(&self, written: Option<&Item>) -> Option<Value> {
-        metres(written).map(|own| length_like(written, (own - self.s).max(0.0)))
+        metres(written).map(|own| length_like(written.and_then(Item::as_str), (own - self.s).max(0.0)))
     }
 }
