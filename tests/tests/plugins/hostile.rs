@@ -378,7 +378,7 @@ fn damaged_memory() -> Checked {
 /// The constraint in C++, whose `evaluate` throws in the second step.
 fn exception() -> Checked {
     let place = Place::new()?;
-    compile_cpp(&root().join("tests/tests/plugins/throwing.cpp"), &place.path("libhostile.so"))?;
+    compile_cpp(&root().join("tests/tests/plugins/throwing.cpp"), &place.path("libhostile.so"), &[])?;
     fs::write(place.path("s.toml"), scenario())?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?.expect(3)?;
     ended.says(&["constraint `bad` (hostile) in step `second`", "plugin `hostile` 0.0.1 (libhostile.so) "])?;

@@ -80,7 +80,7 @@ fn stiffness() -> Result<Value, Failed> {
 /// The joint, which is in C++.
 fn joint(folder: &Path) -> Result<PathBuf, Failed> {
     let library = folder.join("libspring_joint.so");
-    compile_cpp(&root().join("plugins/spring-joint/spring_joint.cpp"), &library)?;
+    compile_cpp(&root().join("plugins/spring-joint/spring_joint.cpp"), &library, &[])?;
     Ok(library)
 }
 
