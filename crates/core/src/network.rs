@@ -1,6 +1,6 @@
 //! The harness as a graph of branches, joints and constraints, and their indices in a [`crate::State`].
 
-use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
+use crate::constraint::{Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
 use crate::mechanism::{Mechanism, Mount};
@@ -607,7 +607,7 @@ impl Network {
         let place = plan.stations.first().copied().or_else(|| span.as_ref().map(begin));
         let place = place.expect("a constraint has a station or a span");
         let (mut residuals, mut of_stations) = (Vec::new(), 0);
-        if let Action::Equations(equations) = plan.model.action() {
+        if let Some(equations) = plan.model.action().equations() {
             residuals = equations.of_stations();
             of_stations = residuals.len();
             let nodes = span.iter().flat_map(|span| &span.sites);

@@ -119,7 +119,7 @@ impl Scenario {
                         Action::Potential(_) => {
                             constraint.law().is_some_and(|law| !matches!(law.turning, TurningLaw::Frame(_)))
                         }
-                        Action::Equations(_) => false,
+                        Action::Equations(_) | Action::PotentialAndEquations(..) => false,
                     };
                     if free {
                         let constraint = &self.constraints[carried.constraint];

@@ -161,7 +161,7 @@ fn holds_a_part(action: Action<'_>) -> bool {
     match action {
         Action::Prescribed(Hold { position: true, rails, rotation: RotationHold::All }) => !rails.is_empty(),
         Action::Prescribed(_) => true,
-        Action::Potential(_) | Action::Equations(_) => false,
+        _ => false,
     }
 }
 

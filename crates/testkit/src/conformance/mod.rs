@@ -192,6 +192,16 @@ macro_rules! constraint_checks {
             same_input_gives_same_bits
         }
     };
+    (potential_and_equations, $then:ident $($before:tt)*) => {
+        $crate::constraint_checks! { potential, $then $($before)*
+            sets_equations
+            every_residual_has_a_scale
+            jacobian_is_the_derivative_of_the_residuals
+            curvature_is_the_second_derivative_of_the_residuals_or_nothing
+            moving_everything_together_changes_no_residual
+            the_sign_of_a_quaternion_changes_no_residual
+        }
+    };
     (prescribed, $then:ident $($before:tt)*) => {
         $crate::$then! { $($before)*
             prescribes_freedoms
@@ -241,6 +251,17 @@ macro_rules! potential_conformance {
 macro_rules! equations_conformance {
     ($name:ident, $factory:expr, $stations:expr, $nodes:expr) => {
         $crate::constraint_checks! { equations, conformance_suite $name, constraint,
+            ($crate::conformance::constraint::Subject::new($factory, $stations, $nodes)),
+        }
+    };
+}
+
+/// Holds a constraint that is a potential and sets equations against both contracts:
+/// `potential_and_equations_conformance!(name, factory, stations, nodes)`; see [`potential_conformance`].
+#[macro_export]
+macro_rules! potential_and_equations_conformance {
+    ($name:ident, $factory:expr, $stations:expr, $nodes:expr) => {
+        $crate::constraint_checks! { potential_and_equations, conformance_suite $name, constraint,
             ($crate::conformance::constraint::Subject::new($factory, $stations, $nodes)),
         }
     };
