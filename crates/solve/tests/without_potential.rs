@@ -465,7 +465,7 @@ fn a_rolled_up_cable_follows_its_clamp() {
     assert_eq!(newton.minimise(&mut problem, &mut state, &stop).status, Status::Converged);
     let away = Vector::new(0.3, -0.2, 0.1);
     for turn in [Vector::y() * 0.7, Vector::new(0.0, 0.5, 0.6), Vector::new(0.0, 0.5, 1.0)] {
-        let q = wireloom_core::Rotation::from_scaled_axis(turn);
+        let q = Rotation::from_scaled_axis(turn);
         let mut target = sample.conditions.targets[0];
         (target.position, target.orientation) = (target.position + away, q * target.orientation);
         problem.set_target(0, target);
