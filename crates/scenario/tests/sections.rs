@@ -147,8 +147,8 @@ fn cohesion_goes_from_sliding_to_glued() {
 }
 
 /// Six wires of AWG 30 in the cable of `scenarios/measured/reality.md`, sample 6. While they stick the whole cable has
-/// 12 to 15e-4 N m², a seventh of what its wires alone have as a solid: the bonded stiffness is a bound, and no estimate
-/// of it.
+/// 12 to 15e-4 N m², a seventh of what its wires alone have as a solid: the bonded stiffness is a bound, and no
+/// estimate of it.
 #[test]
 fn a_measured_cable_that_sticks_is_far_softer_than_its_bonded_wires() {
     let wire = "[wires.thin]\nstrands = 7\nstrand = \"0.1 mm\"\n\

@@ -2,8 +2,8 @@
 //!
 //! Forces per length act on segments and are lumped at their nodes, as weight is. What has no potential adds its
 //! generalised forces to the gradient, but nothing to the energy, and [`crate::Problem::hessian`] does not contain its
-//! derivatives; they are blocks with the columns of one frame R each ([`LoadTangent`], [`SegmentTangent`]). With force f
-//! and moment m at a place in the axes of its frame (of a dead moment M it is `Rᵀ M`), and their derivatives f′, m′
+//! derivatives; they are blocks with the columns of one frame R each ([`LoadTangent`], [`SegmentTangent`]). With force
+//! f and moment m at a place in the axes of its frame (of a dead moment M it is `Rᵀ M`), and their derivatives f′, m′
 //! along `R ∘ exp(θ)` (`[m]ₓ` of a dead moment, 0 of a follower):
 //!
 //! | load | gradient | derivative along `R ∘ exp(θ)` |
@@ -361,8 +361,8 @@ fn each_segment<P>(system: System<'_>, action: &LoadAction<P, NodeRange>, mut ac
     spans.iter().for_each(|span| each_segment_of(system, span, &mut act));
 }
 
-/// Calls `act` for every segment of a span, with its frame, and the points and lengths (m) at which the force per length
-/// is lumped.
+/// Calls `act` for every segment of a span, with its frame, and the points and lengths (m) at which the force per
+/// length is lumped.
 fn each_segment_of(system: System<'_>, span: &NodeRange, mut act: impl FnMut(usize, Lumps)) {
     let branch = &system.network.branches[span.branch];
     let mesh = branch.rod.mesh();

@@ -11,8 +11,8 @@ const DIAMETER: f64 = 0.012;
 const ROUND_OFF: f64 = 1e-12;
 const DIFFERENCES: f64 = 1e-8;
 
-/// What both kinds of loads have, as vectors of the world: the dead force, what is exerted beside it (force, moment), and
-/// the derivatives of that.
+/// What both kinds of loads have: the dead force, what is exerted beside it (force, moment), and the derivatives of
+/// that.
 trait Exerts {
     fn dead_force(&self) -> Vector;
     fn has_potential(&self) -> bool;

@@ -282,8 +282,9 @@ macro_rules! constraint_conformance {
 }
 
 /// Holds a load at a place against the contract of [`wireloom_core::load::PointLoad`]:
-/// `point_load_conformance!(name, factory)` with `factory: Fn(&Rotation) -> Box<dyn PointLoad>`, which makes it in a world
-/// that is turned by the rotation: directions of the world are turned by it, those of the cable's frame are as they are.
+/// `point_load_conformance!(name, factory)` with `factory: Fn(&Rotation) -> Box<dyn PointLoad>`, which makes it in a
+/// world that is turned by the rotation: directions of the world are turned by it, those of the cable's frame are as
+/// they are.
 #[macro_export]
 macro_rules! point_load_conformance {
     ($name:ident, $factory:expr) => {
