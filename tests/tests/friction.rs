@@ -184,3 +184,58 @@ fn elements_are_settings_like_any_other() {
     let (scenario, _) = loaded.unwrap_or_else(|faults| panic!("{faults:?}"));
     assert_eq!(scenario.sections[0].friction.bending[1].moment, 0.07);
 }
+
+/// The section of the shared cables with keys in place of some of its own, and what was read.
+fn section_with(keys: &str) -> (wireloom::scenario::Scenario, Vec<String>) {
+    let text = [
+        "schema = 1\nname = \"bundle\"\n[sections.cable]\n",
+        keys,
+        "\n",
+        &branch("cable", ["A", "B"], "cable", 0.5, 10),
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+    ]
+    .concat();
+    let (scenario, built) = wireloom::load(&text, &wireloom::registry())
+        .unwrap_or_else(|faults| panic!("{}", wireloom::scenario::render(&text, &faults)));
+    (scenario, built.notes)
+}
+
+const MEASURED: &str = "diameter = 0.008\nlinear_density = 0.1\naxial_stiffness = 1e4\nbending_stiffness = 0.01\n\
+                        torsion_stiffness = 0.01\n";
+
+/// Moment over curvature has its kink at the slip moment, where the section was as many times as stiff as it is beyond.
+#[test]
+fn slip_moment_and_stiff_ratio_are_the_kink_of_the_moment_over_curvature() {
+    let (scenario, _) = section_with(&format!(
+        "{MEASURED}friction = {{ slip_moment = \"40 N mm\", stiff_ratio = 4, \
+         torsion = [{{ stiffness = 0.002, moment = 0.001 }}] }}"
+    ));
+    let section = &scenario.sections[0];
+    let [element] = section.friction.bending[..] else { panic!("{:?}", section.friction) };
+    let kink = element.limit();
+    let moment = |curvature: f64| 0.01 * curvature + (element.stiffness * curvature).min(element.moment);
+    assert!((moment(kink) - 0.04).abs() < 1e-15, "{kink}");
+    assert!((moment(0.5 * kink) / (0.5 * kink) - 4.0 * 0.01).abs() < 1e-15);
+    assert!((moment(2.0 * kink) - moment(kink) - 0.01 * kink).abs() < 1e-15);
+    assert_eq!(section.friction.torsion.len(), 1);
+}
+
+/// What sticks would otherwise be counted twice: as friction, and as cohesion in the elastic stiffness.
+#[test]
+fn wires_whose_friction_is_given_slide_by_the_rule() {
+    let wires = "wires = [{ type = \"FLRY-B 0.5\", count = 24 }]\ncovering = \"pvc tape, half lap\"\n";
+    let friction = "friction = { slip_moment = \"40 N mm\", stiff_ratio = 4 }\n";
+    let of = |more: &str| section_with(&format!("{wires}{more}"));
+    let bending = |more: &str| of(more).0.sections[0].bending_stiffness[0];
+    let torsion = |more: &str| of(more).0.sections[0].torsion_stiffness;
+    assert_eq!(bending(friction), bending("cohesion = 0\n"));
+    assert!(bending(friction) < 0.5 * bending(""));
+    assert_eq!(bending(&format!("{friction}cohesion = 0.12\n")), bending(""));
+    // Twists do not slip here, and friction in torsion alone leaves bends as they are.
+    assert_eq!(torsion(friction), torsion(""));
+    assert_eq!(bending("friction = { torsion = [{ stiffness = 0.002, moment = 0.001 }] }\n"), bending(""));
+    let (scenario, notes) = of(friction);
+    let sticking = scenario.sections[0].sticking_diagonal().x;
+    assert!((sticking / bending(friction) - 4.0).abs() < 1e-12);
+    assert!(notes[0].ends_with("; EI 0.021 N m² while its wires stick"), "{}", notes[0]);
+}

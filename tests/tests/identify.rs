@@ -436,10 +436,10 @@ fn layers_that_slip_are_found_from_bending_curves() {
     let text = bending_test();
     let keys = of(&[
         "sections.cable.bending_stiffness",
-        "sections.cable.friction.bending.0.stiffness",
-        "sections.cable.friction.bending.0.moment",
+        "sections.cable.friction.slip_moment",
+        "sections.cable.friction.stiff_ratio",
     ]);
-    let truth = [4e-4, 9e-4, 1.8e-3];
+    let truth = [4e-4, 2.6e-3, 3.25];
     let settings: Vec<Setting> = keys.iter().zip(truth).map(|(key, value)| Setting::number(key, value)).collect();
     let [one, other] = [1, 2].map(|seed| curve(&settings, 3e-3, seed));
     let registry = wireloom::registry();
@@ -468,7 +468,7 @@ fn layers_that_slip_are_found_from_bending_curves() {
 fn small_deflections_have_the_stiffness_of_the_closed_form() {
     // F = 48 EI d/L³ of a beam on two supports: the increments up to 0.5 mm, of a span of 76.8 mm. The supports are
     // round and the deflection is finite: 1 %.
-    let stiff = Setting::number("sections.cable.friction.bending.0.moment", 1.0);
+    let stiff = Setting::number("sections.cable.friction.slip_moment", 1.0);
     let (stiffness, span) = (2.5e-4 + 4e-4, 76.8e-3_f64);
     for line in curve(&[stiff], 0.0, 0).lines().skip(1).take(2) {
         let (load, deflection) = line.split_once(',').expect("two columns");

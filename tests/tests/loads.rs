@@ -1,8 +1,11 @@
 //! Loads, accelerations and temperatures in whole runs: against closed forms, against each other and in balance.
 
-use wireloom::geometry::Vector;
-use wireloom::{Run, Status, StepResult};
+use std::sync::Arc;
+use wireloom::geometry::{Matrix, Rotation, Vector};
+use wireloom::harness::{Axes, LineLoad, Load, LoadAction, LoadSite, Network, NodeRange, Place, PointLoad};
+use wireloom::{Control, Run, Status, StepResult};
 use wireloom_testkit::balance::imbalance;
+use wireloom_testkit::{line_load_conformance, point_load_conformance};
 use wireloom_tests::cables::{branch, built, connector, hanging, run, section};
 
 #[track_caller]
@@ -253,4 +256,112 @@ moment = [0, {MOMENT}, 0]
     assert!((tip + 0.1 * turn).abs() < 1e-3 * 0.1 * turn, "{tip} for {}", -0.1 * turn);
     let moment = end(&run).constraints[0].moment;
     assert!((moment.norm() - MOMENT).abs() < 1e-4 * MOMENT, "{moment}");
+}
+
+/// A bar magnet along the end of a cable, in a field: its moment turns the end towards the field.
+#[derive(Debug)]
+struct Compass {
+    /// Dipole moment times field, N m, world axes.
+    field: Vector,
+}
+
+impl PointLoad for Compass {
+    fn without_potential(&self) -> Option<&str> {
+        Some("is a magnet")
+    }
+    fn axes(&self) -> Axes {
+        Axes::World
+    }
+    fn on(&self, frame: &Rotation) -> [Vector; 2] {
+        [Vector::zeros(), (frame * Vector::z()).cross(&self.field)]
+    }
+    fn derivative(&self, frame: &Rotation) -> [Matrix; 2] {
+        let r = frame.to_rotation_matrix();
+        [Matrix::zeros(), self.field.cross_matrix() * r.matrix() * Vector::z().cross_matrix()]
+    }
+    fn largest(&self) -> [f64; 2] {
+        [0.0, self.field.norm()]
+    }
+}
+
+/// Friction of a fluid along a cable, `c (v·t) t` per length.
+#[derive(Debug)]
+struct SkinFriction {
+    /// v, m/s.
+    velocity: Vector,
+    /// c, N s/m².
+    friction: f64,
+}
+
+impl LineLoad for SkinFriction {
+    fn without_potential(&self) -> Option<&str> {
+        Some("is the friction of a fluid")
+    }
+    fn on(&self, frame: &Rotation, _: f64) -> Vector {
+        let t = frame * Vector::z();
+        t * (self.friction * t.dot(&self.velocity))
+    }
+    fn derivative(&self, frame: &Rotation, _: f64) -> Matrix {
+        let t = frame * Vector::z();
+        let of_t = (Matrix::identity() * t.dot(&self.velocity) + t * self.velocity.transpose()) * self.friction;
+        -(of_t * frame.to_rotation_matrix().matrix() * Vector::z().cross_matrix())
+    }
+    fn largest(&self, _: f64) -> f64 {
+        self.friction * self.velocity.norm()
+    }
+}
+
+point_load_conformance!(compass, |turn: &Rotation| Box::new(Compass { field: turn * Vector::new(0.02, -0.01, 0.03) }));
+line_load_conformance!(skin_friction, |turn: &Rotation| Box::new(SkinFriction {
+    velocity: turn * Vector::new(3.0, 1.0, -2.0),
+    friction: 0.4,
+}));
+
+/// The end of a cable without weight, clamped along x, under a load of another program.
+fn with_own(load: impl FnOnce(&Network) -> LoadAction<LoadSite, NodeRange>) -> Run {
+    let text = [
+        "schema = 1\nname = \"own\"\ngravity = [0, 0, 0]\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 20),
+        &connector("plug-A", "A", [0.0, 0.0, 0.0]),
+    ]
+    .concat();
+    let mut own = built(&text);
+    let action = load(&own.network);
+    own.network.loads.push(Load { name: "own".to_owned(), action, factor: 1.0 });
+    let run = wireloom::run(own, &mut |_, _| Control::Continue);
+    assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
+    run
+}
+
+/// A pure moment at the end bends the cable to an arc: its angle θ satisfies `EI θ/L = μ B sin(φ − θ)`.
+#[test]
+fn a_load_of_another_program_at_a_place_is_in_balance() {
+    let (size, phi) = (0.04, 2.0_f64);
+    let field = Vector::new(phi.cos(), phi.sin(), 0.0) * size;
+    let run = with_own(|network| LoadAction::At {
+        place: network.load_site(Place::Node { branch: 0, node: 20 }),
+        load: Arc::new(Compass { field }),
+    });
+    let mut theta = 0.5_f64;
+    for _ in 0..50 {
+        let residual = 0.01 * theta / 0.5 - size * (phi - theta).sin();
+        theta -= residual / (0.01 / 0.5 + size * (phi - theta).cos());
+    }
+    let tangent = end(&run).branches[0].frame[20] * Vector::z();
+    let exact = Vector::new(theta.cos(), theta.sin(), 0.0);
+    assert!((tangent - exact).norm() < 1e-6, "{tangent}, not {exact}");
+    assert_eq!(end(&run).stable, None);
+}
+
+/// A cable along the flow is pulled by all of the friction: `c v L` at its clamp.
+#[test]
+fn a_load_of_another_program_along_a_cable_is_in_balance() {
+    let friction = SkinFriction { velocity: Vector::x() * 3.0, friction: 0.4 };
+    let run = with_own(|_| LoadAction::Along {
+        spans: vec![NodeRange { branch: 0, nodes: 0..21 }],
+        load: Arc::new(friction),
+    });
+    let plug = &end(&run).constraints[0];
+    assert!((plug.force + Vector::x() * (0.4 * 3.0 * 0.5)).norm() < 1e-9, "{}", plug.force);
 }

@@ -10,6 +10,8 @@ use std::sync::OnceLock;
 use tempfile::TempDir;
 use wireloom_tests::{cargo, program, root};
 
+#[path = "plugins/callable.rs"]
+mod callable;
 #[path = "plugins/check.rs"]
 mod check;
 #[path = "plugins/hostile.rs"]
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
         real::trials(),
         joint::trials(),
         rod::trials(),
+        callable::trials(),
         trust::trials(),
         newcomer::trials(),
         check::trials(),
@@ -76,10 +79,11 @@ fn compile(source: &Path, library: &Path, more: &[&str]) -> Checked {
 }
 
 /// Compiles a plugin in C++.
-fn compile_cpp(source: &Path, library: &Path) -> Checked {
+fn compile_cpp(source: &Path, library: &Path, more: &[&str]) -> Checked {
     let done = Command::new(std::env::var_os("CXX").unwrap_or_else(|| "c++".into()))
         .args(["-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-fvisibility=hidden", "-I"])
         .arg(root().join("crates/abi/include"))
+        .args(more)
         .arg("-o")
         .arg(library)
         .arg(source)

@@ -145,6 +145,9 @@ struct WireloomKind;
 // `Description::shape`: equations `c = 0` and inequalities `c ≤ 0`, which the program enforces.
 #define WIRELOOM_SHAPE_EQUATIONS 3
 
+// `Description::shape`: an energy, and equations and inequalities beside it. Since ABI 1.7.
+#define WIRELOOM_SHAPE_POTENTIAL_AND_EQUATIONS 4
+
 // `Hold::rotation`: all rotations are free.
 #define WIRELOOM_ROTATION_FREE 0
 
@@ -328,7 +331,7 @@ typedef struct WireloomDescription {
     uint32_t memory_count;
     // Initial values of the memory; live until `destroy`.
     const double *memory;
-    // Number of residuals of the stations, for `SHAPE_EQUATIONS`.
+    // Number of residuals of the stations, if there are equations.
     uint32_t residual_count;
     // Number of residuals of each node of the span; the same for every node.
     uint32_t node_residual_count;
@@ -388,7 +391,7 @@ typedef struct WireloomEvaluation {
     // Derivative of the energy with respect to the nodes, N: `3 k` numbers.
     double *span_gradient;
     // Second derivative of the energy with respect to the stations' variables: `6 m × 6 m` numbers, symmetric. Of
-    // equations: Σ w c″.
+    // equations, which is asked for where `weights` are given: Σ w c″.
     double *hessian;
     // Second derivative of the energy with respect to each node; nodes are not coupled: `k` times `3 × 3` numbers. Of
     // equations: Σ w c″.

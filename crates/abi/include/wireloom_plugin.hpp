@@ -18,7 +18,9 @@
 //     void stretch(const double *strains, WireloomRodResponse &out) const;
 //     void bend(const double *strains, WireloomRodResponse &out) const;
 // The description comes with has_stretch and has_bend set for those that there are.
-// All rules of wireloom_plugin.h hold. A function refuses by throwing wireloom::Refusal.
+// All rules of wireloom_plugin.h hold. A function refuses by throwing wireloom::Refusal. One that is private, not const
+// or takes other arguments would not be called: it does not compile. So no class is final, and nothing else in it has
+// one of these names.
 
 #ifndef WIRELOOM_PLUGIN_HPP
 #define WIRELOOM_PLUGIN_HPP
@@ -54,9 +56,54 @@ int32_t guarded(WireloomText *message, Work work) noexcept {
     return WIRELOOM_STATUS_PANIC;
 }
 
+// Whether T has a member NAME, of any type and access: NAME is then ambiguous in a class derived from T and from
+// another one that has it too. A final class has none.
+#define WIRELOOM_MEMBER(NAME)                                                                                         \
+    struct With_##NAME {                                                                                              \
+        int NAME;                                                                                                     \
+    };                                                                                                                \
+    template <class T, bool = std::is_final_v<T>>                                                                     \
+    struct Beside_##NAME : T, With_##NAME {};                                                                         \
+    template <class T>                                                                                                \
+    struct Beside_##NAME<T, true> : With_##NAME {};                                                                   \
+    template <class T>                                                                                                \
+    constexpr bool names_##NAME = !requires { &Beside_##NAME<T>::NAME; };
+
+WIRELOOM_MEMBER(target)
+WIRELOOM_MEMBER(commit)
+WIRELOOM_MEMBER(report)
+WIRELOOM_MEMBER(stretch)
+WIRELOOM_MEMBER(bend)
+#undef WIRELOOM_MEMBER
+
+// Refuses a class whose functions would not be found.
+#define WIRELOOM_NOT_FINAL                                                                                            \
+    static_assert(!std::is_final_v<T>, "remove `final` from this class: the header derives from it to look at its "    \
+                                       "functions")
+#define WIRELOOM_CALLABLE(FOUND, NAME, SIGNATURE)                                                                     \
+    static_assert(FOUND, "`" NAME "` of this class cannot be called: declare it public and const, `" SIGNATURE         \
+                         "`, or give it another name if it is something else")
+
 /// The functions of a constraint of class T.
 template <class T>
 WireloomConstraintKind constraint_functions(uint32_t stations_min = 1, uint32_t stations_max = 1) {
+    constexpr bool evaluates =
+        requires(const T &t, const WireloomSituation &at, WireloomEvaluation &out) { t.evaluate(at, out); };
+    constexpr bool has_target =
+        requires(const T &t, const WireloomPose &base, WireloomPose &to) { t.target(base, 0.0, to); };
+    constexpr bool has_commit =
+        requires(const T &t, const WireloomSituation &at, double *memory) { t.commit(at, memory); };
+    constexpr bool has_report =
+        requires(const T &t, const WireloomSituation &at, double *values) { t.report(at, values); };
+    WIRELOOM_NOT_FINAL;
+    WIRELOOM_CALLABLE(evaluates, "evaluate",
+                      "void evaluate(const WireloomSituation &at, WireloomEvaluation &out) const");
+    WIRELOOM_CALLABLE(has_target || !names_target<T>, "target",
+                      "void target(const WireloomPose &base, double progress, WireloomPose &to) const");
+    WIRELOOM_CALLABLE(has_commit || !names_commit<T>, "commit",
+                      "void commit(const WireloomSituation &at, double *memory) const");
+    WIRELOOM_CALLABLE(has_report || !names_report<T>, "report",
+                      "void report(const WireloomSituation &at, double *values) const");
     WireloomConstraintKind all{};
     all.size = sizeof all;
     all.stations_min = stations_min;
@@ -66,22 +113,24 @@ WireloomConstraintKind constraint_functions(uint32_t stations_min = 1, uint32_t 
         return guarded(message, [&] { *instance = new T(*spec, *description); });
     };
     all.destroy = [](void *instance) { delete static_cast<T *>(instance); };
-    all.evaluate = [](const void *instance, const WireloomSituation *at, WireloomEvaluation *out,
-                      WireloomText *message) {
-        return guarded(message, [&] { static_cast<const T *>(instance)->evaluate(*at, *out); });
-    };
-    if constexpr (requires(const T &t, const WireloomPose &base, WireloomPose &to) { t.target(base, 0.0, to); }) {
+    if constexpr (evaluates) {
+        all.evaluate = [](const void *instance, const WireloomSituation *at, WireloomEvaluation *out,
+                          WireloomText *message) {
+            return guarded(message, [&] { static_cast<const T *>(instance)->evaluate(*at, *out); });
+        };
+    }
+    if constexpr (has_target) {
         all.target = [](const void *instance, const WireloomPose *base, double progress, WireloomPose *to,
                         WireloomText *message) {
             return guarded(message, [&] { static_cast<const T *>(instance)->target(*base, progress, *to); });
         };
     }
-    if constexpr (requires(const T &t, const WireloomSituation &at, double *memory) { t.commit(at, memory); }) {
+    if constexpr (has_commit) {
         all.commit = [](const void *instance, const WireloomSituation *at, double *memory, WireloomText *message) {
             return guarded(message, [&] { static_cast<const T *>(instance)->commit(*at, memory); });
         };
     }
-    if constexpr (requires(const T &t, const WireloomSituation &at, double *values) { t.report(at, values); }) {
+    if constexpr (has_report) {
         all.report = [](const void *instance, const WireloomSituation *at, double *values, WireloomText *message) {
             return guarded(message, [&] { static_cast<const T *>(instance)->report(*at, values); });
         };
@@ -92,6 +141,14 @@ WireloomConstraintKind constraint_functions(uint32_t stations_min = 1, uint32_t 
 /// The functions of a joint model of class T.
 template <class T>
 WireloomJointKind joint_functions() {
+    constexpr bool evaluates =
+        requires(const T &t, const double *frames, WireloomJointEvaluation &out) { t.evaluate(frames, out); };
+    constexpr bool has_commit =
+        requires(const T &t, const double *frames, double *memory) { t.commit(frames, memory); };
+    WIRELOOM_NOT_FINAL;
+    WIRELOOM_CALLABLE(evaluates, "evaluate", "void evaluate(const double *frames, WireloomJointEvaluation &out) const");
+    WIRELOOM_CALLABLE(has_commit || !names_commit<T>, "commit",
+                      "void commit(const double *frames, double *memory) const");
     WireloomJointKind all{};
     all.size = sizeof all;
     all.create = [](const WireloomKind *, const WireloomJointSpec *spec, void **instance,
@@ -99,11 +156,13 @@ WireloomJointKind joint_functions() {
         return guarded(message, [&] { *instance = new T(*spec, *description); });
     };
     all.destroy = [](void *instance) { delete static_cast<T *>(instance); };
-    all.evaluate = [](const void *instance, const double *frames, WireloomJointEvaluation *out,
-                      WireloomText *message) {
-        return guarded(message, [&] { static_cast<const T *>(instance)->evaluate(frames, *out); });
-    };
-    if constexpr (requires(const T &t, const double *frames, double *memory) { t.commit(frames, memory); }) {
+    if constexpr (evaluates) {
+        all.evaluate = [](const void *instance, const double *frames, WireloomJointEvaluation *out,
+                          WireloomText *message) {
+            return guarded(message, [&] { static_cast<const T *>(instance)->evaluate(frames, *out); });
+        };
+    }
+    if constexpr (has_commit) {
         all.commit = [](const void *instance, const double *frames, double *memory, WireloomText *message) {
             return guarded(message, [&] { static_cast<const T *>(instance)->commit(frames, memory); });
         };
@@ -122,6 +181,13 @@ constexpr bool has_bend = requires(const T &t, const double *s, WireloomRodRespo
 /// The functions of a rod of class T.
 template <class T>
 WireloomRodKind rod_functions() {
+    WIRELOOM_NOT_FINAL;
+    WIRELOOM_CALLABLE(has_stretch<T> || !names_stretch<T>, "stretch",
+                      "void stretch(const double *strains, WireloomRodResponse &out) const");
+    WIRELOOM_CALLABLE(has_bend<T> || !names_bend<T>, "bend",
+                      "void bend(const double *strains, WireloomRodResponse &out) const");
+    static_assert(has_stretch<T> || has_bend<T> || names_stretch<T> || names_bend<T> || std::is_final_v<T>,
+                  "this class has no law: declare `stretch`, `bend` or both");
     WireloomRodKind all{};
     all.size = sizeof all;
     all.create = [](const WireloomKind *, const WireloomRodSpec *spec, void **instance,
@@ -145,6 +211,9 @@ WireloomRodKind rod_functions() {
     }
     return all;
 }
+
+#undef WIRELOOM_CALLABLE
+#undef WIRELOOM_NOT_FINAL
 
 /// A number that is required, for the table of parameters.
 inline WireloomParameter number(const char *name, const char *doc, int32_t quantity, double above, double at_most) {

@@ -132,6 +132,8 @@ pub const SHAPE_PRESCRIBED: i32 = 1;
 pub const SHAPE_POTENTIAL: i32 = 2;
 /// [`Description::shape`]: equations `c = 0` and inequalities `c ≤ 0`, which the program enforces.
 pub const SHAPE_EQUATIONS: i32 = 3;
+/// [`Description::shape`]: an energy, and equations and inequalities beside it. Since ABI 1.7.
+pub const SHAPE_POTENTIAL_AND_EQUATIONS: i32 = 4;
 
 /// [`Hold::rotation`]: all rotations are free.
 pub const ROTATION_FREE: i32 = 0;
@@ -492,7 +494,7 @@ pub struct Description {
     pub memory_count: u32,
     /// Initial values of the memory; live until `destroy`.
     pub memory: *const f64,
-    /// Number of residuals of the stations, for `SHAPE_EQUATIONS`.
+    /// Number of residuals of the stations, if there are equations.
     pub residual_count: u32,
     /// Number of residuals of each node of the span; the same for every node.
     pub node_residual_count: u32,
@@ -566,7 +568,7 @@ pub struct Evaluation {
     /// Derivative of the energy with respect to the nodes, N: `3 k` numbers.
     pub span_gradient: *mut f64,
     /// Second derivative of the energy with respect to the stations' variables: `6 m × 6 m` numbers, symmetric. Of
-    /// equations: Σ w c″.
+    /// equations, which is asked for where `weights` are given: Σ w c″.
     pub hessian: *mut f64,
     /// Second derivative of the energy with respect to each node; nodes are not coupled: `k` times `3 × 3` numbers. Of
     /// equations: Σ w c″.

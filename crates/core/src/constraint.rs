@@ -176,6 +176,26 @@ pub enum Action<'a> {
     Potential(&'a dyn Potential),
     /// Imposes equations and inequalities on them.
     Equations(&'a dyn Equations),
+    /// Does both, such as a clip that holds two directions and is a spring in the third.
+    PotentialAndEquations(&'a dyn Potential, &'a dyn Equations),
+}
+
+impl<'a> Action<'a> {
+    /// Its potential, if it has one.
+    pub fn potential(&self) -> Option<&'a dyn Potential> {
+        match *self {
+            Self::Potential(potential) | Self::PotentialAndEquations(potential, _) => Some(potential),
+            Self::Prescribed(_) | Self::Equations(_) => None,
+        }
+    }
+
+    /// Its equations and inequalities, if it has some.
+    pub fn equations(&self) -> Option<&'a dyn Equations> {
+        match *self {
+            Self::Equations(equations) | Self::PotentialAndEquations(_, equations) => Some(equations),
+            Self::Prescribed(_) | Self::Potential(_) => None,
+        }
+    }
 }
 
 /// A constraint on one or several stations, or along a span. Its target pose belongs to the [`crate::Conditions`] and
@@ -186,7 +206,8 @@ pub enum Action<'a> {
 pub trait Constraint: Send + Sync {
     /// Its action.
     fn action(&self) -> Action<'_>;
-    /// The coefficients of the energy, if it is a [`Potential`] of this form that acts on one station alone.
+    /// The coefficients of the energy, if it is a [`Potential`] of this form that acts on one station alone, without
+    /// equations.
     fn law(&self) -> Option<SpringLaw> {
         None
     }
@@ -194,7 +215,7 @@ pub trait Constraint: Send + Sync {
     fn needs_frame(&self) -> bool {
         match self.action() {
             Action::Prescribed(hold) => hold.rotation != RotationHold::Free,
-            Action::Potential(_) | Action::Equations(_) => true,
+            _ => true,
         }
     }
     /// Whether the energy and the residuals are invariant when stations, span and targets undergo the same rigid

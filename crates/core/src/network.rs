@@ -1,6 +1,6 @@
 //! The harness as a graph of branches, joints and constraints, and their indices in a [`crate::State`].
 
-use crate::constraint::{Action, Constraint, Limits, Residual, Slide};
+use crate::constraint::{Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
 use crate::mechanism::{Mechanism, Mount};
@@ -123,7 +123,7 @@ pub struct ConstraintPlan {
 }
 
 /// Input for a load of a network.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LoadPlan {
     /// Name.
     pub name: String,
@@ -308,7 +308,7 @@ pub struct SlideSite {
 }
 
 /// Load of a network.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Load {
     /// Name.
     pub name: String,
@@ -328,15 +328,11 @@ pub struct LoadSite {
 }
 
 impl Load {
-    /// Why it has no potential; `None` if it has one.
-    pub fn without_potential(&self) -> Option<&'static str> {
+    /// Why it has no potential; `None` if it has one. At a joint without a frame its dead force alone acts.
+    pub fn without_potential(&self) -> Option<&str> {
         match &self.action {
-            LoadAction::At { follows: true, .. } => Some("follows the cable"),
-            LoadAction::At { place, moment, .. } if place.site.frame.is_some() && *moment != Vector::zeros() => {
-                Some("is a dead moment")
-            }
-            LoadAction::At { .. } => None,
-            LoadAction::Along { force, .. } => force.without_potential(),
+            LoadAction::At { place, .. } if place.site.frame.is_none() => None,
+            action => action.without_potential(),
         }
     }
 }
@@ -574,20 +570,22 @@ impl Network {
         for plan in constraints {
             network.add_constraint(plan);
         }
-        let site = |place: &Place| LoadSite {
-            site: network.site(*place),
-            point: match *place {
-                Place::Joint(j) => network.joints[j].point,
-                Place::Node { branch, node } => network.branches[branch].points.start + node,
-            },
-        };
         let placed = |plan: LoadPlan| Load {
             name: plan.name,
-            action: plan.action.map(site, NodeRange::clone),
+            action: plan.action.map(|place| network.load_site(*place), NodeRange::clone),
             factor: plan.factor,
         };
         network.loads = loads.into_iter().map(placed).collect();
         network
+    }
+
+    /// Site of a load at a place.
+    pub fn load_site(&self, place: Place) -> LoadSite {
+        let point = match place {
+            Place::Joint(j) => self.joints[j].point,
+            Place::Node { branch, node } => self.branches[branch].points.start + node,
+        };
+        LoadSite { site: self.site(place), point }
     }
 
     /// Adds a constraint.
@@ -607,7 +605,7 @@ impl Network {
         let place = plan.stations.first().copied().or_else(|| span.as_ref().map(begin));
         let place = place.expect("a constraint has a station or a span");
         let (mut residuals, mut of_stations) = (Vec::new(), 0);
-        if let Action::Equations(equations) = plan.model.action() {
+        if let Some(equations) = plan.model.action().equations() {
             residuals = equations.of_stations();
             of_stations = residuals.len();
             let nodes = span.iter().flat_map(|span| &span.sites);
@@ -695,7 +693,7 @@ impl Network {
     }
 
     /// A load without a potential, and why it has none. Minimisers that need an energy refuse it.
-    pub fn load_without_potential(&self) -> Option<(&Load, &'static str)> {
+    pub fn load_without_potential(&self) -> Option<(&Load, &str)> {
         self.loads.iter().find_map(|load| Some((load, load.without_potential()?)))
     }
 

@@ -118,7 +118,7 @@ impl LocalScales {
         rigidity: &[LocalScale],
         gravity: f64,
         pushes: impl Iterator<Item = (usize, f64)>,
-        moments: impl Iterator<Item = (usize, Vector)>,
+        moments: impl Iterator<Item = (usize, f64)>,
     ) {
         self.branches.clear();
         self.branches.extend_from_slice(rigidity);
@@ -137,7 +137,7 @@ impl LocalScales {
             let on_branch = network.branches.iter().position(|branch| branch.frames.contains(&frame));
             let at_joint = network.joints.iter().filter(|joint| joint.frame == Some(frame));
             for b in on_branch.into_iter().chain(at_joint.flat_map(|joint| joint.branches.iter().copied())) {
-                self.branches[b].moment = self.branches[b].moment.max(moment.norm());
+                self.branches[b].moment = self.branches[b].moment.max(moment);
             }
         }
         self.joints.clear();
@@ -175,15 +175,16 @@ impl Scales {
         }
         for (load, factor) in network.loads.iter().zip(&conditions.load_factors) {
             match &load.action {
-                LoadAction::At { force: own, moment: turning, .. } => {
-                    force = force.max(own.norm() * factor.abs());
-                    moment = moment.max(turning.norm() * factor.abs());
+                LoadAction::At { load, .. } => {
+                    let [own, turning] = load.largest();
+                    force = force.max(own * factor.abs());
+                    moment = moment.max(turning * factor.abs());
                 }
-                LoadAction::Along { spans, force: own } => {
+                LoadAction::Along { spans, load } => {
                     let of = |span: &NodeRange| {
                         let branch = &network.branches[span.branch];
                         let lengths = &branch.rod.mesh().rest_lengths[span.nodes.start..span.nodes.end - 1];
-                        own.largest(branch.section.diameter) * lengths.iter().sum::<f64>()
+                        load.largest(branch.section.diameter) * lengths.iter().sum::<f64>()
                     };
                     force = spans.iter().map(|span| of(span) * factor.abs()).fold(force, f64::max);
                 }

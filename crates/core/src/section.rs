@@ -191,6 +191,12 @@ pub struct FrictionElement {
 }
 
 impl FrictionElement {
+    /// The element beside an elastic stiffness that makes it `ratio` times as stiff (above 1) up to this moment of both
+    /// together.
+    pub fn slipping_at(moment: f64, ratio: f64, elastic: f64) -> Self {
+        Self { stiffness: (ratio - 1.0) * elastic, moment: moment * (1.0 - 1.0 / ratio) }
+    }
+
     /// Curvature (1/m) or turn (rad) at which it begins to slip.
     pub fn limit(&self) -> f64 {
         self.moment / self.stiffness

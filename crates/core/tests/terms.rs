@@ -27,7 +27,7 @@ use wireloom_core::terms::rods::RodTerm;
 use wireloom_core::terms::sliding::{SlideHessian, SlidingTerm};
 use wireloom_core::variable::{Block, Variable};
 use wireloom_core::{
-    Constraint, Matrix, Minimiser, Network, Problem, Registry, Report, State, Status, Stop, Tangent, Vector,
+    Constraint, Matrix, Minimiser, Network, Problem, Registry, Report, Rotation, State, Status, Stop, Tangent, Vector,
 };
 use wireloom_scenario::Division;
 use wireloom_testkit::conformance::networks::cut_cable;
@@ -693,7 +693,7 @@ fn loads_and_gravity() {
     let density = |b: &wireloom_core::network::Branch| b.section.linear_density * b.rod.mesh().length();
     let weight = conditions.gravity * network.branches.iter().map(density).sum::<f64>();
     let force = |load: &Load| match &load.action {
-        LoadAction::At { force, .. } => *force,
+        LoadAction::At { load, .. } => load.dead_force(),
         LoadAction::Along { .. } => panic!("loads of this harness act at places"),
     };
     let pull: Vector = network.loads.iter().map(force).sum();
@@ -705,12 +705,18 @@ fn loads_and_gravity() {
     assert_near("energy of loads", loads.energy(system, &state), -pull.dot(&end_point(&network, &state)), ROUND_OFF);
 
     // ∂/∂θ of −(R exp(θ))ᵀ M is −[Rᵀ M]ₓ: antisymmetric.
-    let (frame, moment) = loads.moments().next().expect("a dead moment");
+    let (frame, size) = loads.moments().next().expect("a dead moment");
     let of = |state: &State| {
         let mut gradient = Tangent::zeros(&network);
         loads.add_without_potential(state, &mut gradient);
         gradient
     };
+    let of_moments = network.loads.iter().map(|load| match &load.action {
+        LoadAction::At { load, .. } => load.on(&Rotation::identity())[1],
+        LoadAction::Along { .. } => panic!("loads of this harness act at places"),
+    });
+    let moment = of_moments.sum::<Vector>();
+    assert_eq!(size, moment.norm());
     let m = state.frames[frame].inverse_transform_vector(&moment);
     assert_eq!(of(&state).frames[frame], -m);
     for k in 0..3 {

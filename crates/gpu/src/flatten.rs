@@ -80,7 +80,7 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
             return named(", through which the cable runs,");
         }
         match constraint.model.action() {
-            Action::Equations(_) => return named(", which sets equations,"),
+            Action::Equations(_) | Action::PotentialAndEquations(..) => return named(", which sets equations,"),
             Action::Potential(_) if constraint.model.law().is_none() => return named(""),
             Action::Prescribed(hold) => match hold.rotation {
                 RotationHold::Twist => return named(", which holds the twist and leaves the tangent free,"),

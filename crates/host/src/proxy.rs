@@ -159,6 +159,12 @@ impl Factory {
             (_, _, abi::SHAPE_PRESCRIBED) | (true, true, _) => return Ok(proxy),
             (false, _, abi::SHAPE_EQUATIONS) => "the Jacobian is taken numerically, second derivatives are left out",
             (true, false, abi::SHAPE_EQUATIONS) => "second derivatives are left out",
+            (false, _, abi::SHAPE_POTENTIAL_AND_EQUATIONS) => {
+                "gradient, Hessian and Jacobian are taken numerically, second derivatives of residuals are left out"
+            }
+            (true, false, abi::SHAPE_POTENTIAL_AND_EQUATIONS) => {
+                "the Hessian is taken numerically, second derivatives of residuals are left out"
+            }
             (false, ..) => "gradient and Hessian are taken numerically",
             (true, false, _) => "the Hessian is taken numerically",
         };
@@ -295,10 +301,10 @@ impl Proxy {
     /// Checks the description that `create` wrote.
     fn validate(&mut self, functions: &abi::ConstraintKind) -> Result<(), String> {
         let said = self.description;
-        if !(abi::SHAPE_PRESCRIBED..=abi::SHAPE_EQUATIONS).contains(&said.shape) {
+        if !(abi::SHAPE_PRESCRIBED..=abi::SHAPE_POTENTIAL_AND_EQUATIONS).contains(&said.shape) {
             return Err(match said.shape {
                 0 => "wrote no shape: `create` must fill in the description".into(),
-                other => format!("has shape {other}; 1, 2 and 3 are known"),
+                other => format!("has shape {other}; 1 to 4 are known"),
             });
         }
         if said.shape == abi::SHAPE_PRESCRIBED {
@@ -310,7 +316,7 @@ impl Proxy {
             return Err("has no function `evaluate`".into());
         }
         self.memory = memory(said.memory, said.memory_count)?;
-        if said.shape == abi::SHAPE_EQUATIONS {
+        if [abi::SHAPE_EQUATIONS, abi::SHAPE_POTENTIAL_AND_EQUATIONS].contains(&said.shape) {
             let all = said.residual_count.saturating_add(said.node_residual_count);
             if all == 0 {
                 return Err("has no residuals: equations need at least one".into());
@@ -444,7 +450,8 @@ impl Constraint for Proxy {
         match self.description.shape {
             abi::SHAPE_PRESCRIBED => Action::Prescribed(&self.hold),
             abi::SHAPE_POTENTIAL => Action::Potential(self),
-            _ => Action::Equations(self),
+            abi::SHAPE_EQUATIONS => Action::Equations(self),
+            _ => Action::PotentialAndEquations(self, self),
         }
     }
 

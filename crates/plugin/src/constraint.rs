@@ -50,9 +50,9 @@ pub unsafe extern "C" fn create(
             let values = slice((*said).values, (*said).value_count as usize);
             let made = (kind.build)(&spec(&*said), &parameters(&kind.parameters, values))
                 .map_err(|error| format!("{}; {}", error.message, error.help))?;
-            let residuals = match made.action() {
-                Action::Equations(equations) => [equations.of_stations(), equations.of_each_node()],
-                _ => [vec![], vec![]],
+            let residuals = match made.action().equations() {
+                Some(equations) => [equations.of_stations(), equations.of_each_node()],
+                None => [vec![], vec![]],
             };
             let all = || residuals.iter().flatten();
             let own = Box::new(Instance {
@@ -69,6 +69,7 @@ pub unsafe extern "C" fn create(
                     Action::Prescribed(_) => abi::SHAPE_PRESCRIBED,
                     Action::Potential(_) => abi::SHAPE_POTENTIAL,
                     Action::Equations(_) => abi::SHAPE_EQUATIONS,
+                    Action::PotentialAndEquations(..) => abi::SHAPE_POTENTIAL_AND_EQUATIONS,
                 },
                 needs_frames: i32::from(own.model.needs_frame()),
                 objective: i32::from(own.model.objective()),
@@ -199,22 +200,31 @@ pub unsafe extern "C" fn evaluate(
         catch_panics(message, || {
             let own = &*instance.cast::<Instance>();
             let wanted = &*evaluation;
-            with_situation(&*situation, |at, blocks| match own.model.action() {
-                Action::Prescribed(_) => {}
-                Action::Potential(potential) => evaluate_potential(potential, at, wanted, blocks),
-                Action::Equations(equations) => evaluate_equations(equations, own.residuals, at, wanted, blocks),
+            // Weights are given if second derivatives of equations are wanted.
+            let of_equations = !wanted.weights.is_null();
+            let action = own.model.action();
+            with_situation(&*situation, |at, blocks| {
+                if let Some(potential) = action.potential() {
+                    evaluate_potential(potential, at, wanted, !of_equations, blocks);
+                }
+                if let Some(equations) = action.equations() {
+                    evaluate_equations(equations, own.residuals, at, wanted, of_equations, blocks);
+                }
             });
             Ok(())
         })
     }
 }
 
+/// `second`: whether the second derivatives that are wanted are those of the potential.
+///
 /// # Safety
 /// `wanted` is as the ABI demands.
 unsafe fn evaluate_potential(
     potential: &dyn Potential,
     at: &ConstraintView<'_>,
     wanted: &abi::Evaluation,
+    second: bool,
     blocks: &mut Vec<Matrix>,
 ) {
     let (m, k) = (at.stations.len(), at.span.len());
@@ -228,7 +238,7 @@ unsafe fn evaluate_potential(
         if let (Some(energy), Some(to)) = (energy, wanted.energy.as_mut()) {
             *to = energy;
         }
-        if !wanted.hessian.is_null() {
+        if second && !wanted.hessian.is_null() {
             second_derivatives(m, k, wanted, blocks, |stations, span| potential.hessian(at, stations, span));
         }
     }
@@ -241,6 +251,7 @@ unsafe fn evaluate_equations(
     [r, p]: [usize; 2],
     at: &ConstraintView<'_>,
     wanted: &abi::Evaluation,
+    second: bool,
     blocks: &mut Vec<Matrix>,
 ) {
     let (m, k) = (at.stations.len(), at.span.len());
@@ -254,7 +265,7 @@ unsafe fn evaluate_equations(
         } else if !c.is_empty() {
             equations.residuals(at, c);
         }
-        if !wanted.hessian.is_null() {
+        if second && !wanted.hessian.is_null() {
             let w = slice(wanted.weights, all);
             second_derivatives(m, k, wanted, blocks, |stations, span| equations.curvature(at, w, stations, span));
         }

@@ -39,7 +39,8 @@
 //! ```
 //!
 //! The value taken lies between *sliding* and *bonded* at the largest cohesion of the coverings, [`LOOSE`] without
-//! any; a single wire has nothing to be bound to: c = 0.
+//! any; a single wire has nothing to be bound to: c = 0. Where the friction of a section says how its wires stick in
+//! bending, c = 0 there too.
 //!
 //! **A covering** is a shell of wall t and mean diameter around what it covers. A tube counts in both bounds, a wrap
 //! (tape, braid), whose turns slide, in the bonded one only:

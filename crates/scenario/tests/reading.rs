@@ -3,7 +3,7 @@
 mod common;
 
 use wireloom_core::constraint::Limits;
-use wireloom_core::load::LoadAction;
+use wireloom_core::load::{Axes, LoadAction};
 use wireloom_core::network::{BranchEnd, Place};
 use wireloom_core::steps::Turn;
 use wireloom_core::{Rotation, Vector};
@@ -36,8 +36,9 @@ fn values_arrive_in_si() {
     assert_eq!(scenario.branches[0].curvature, Vector::new(0.0, 0.5, 0.0));
     assert_eq!(scenario.branches[2].division, Division::MaxSegment(0.03));
     assert_eq!(scenario.branches[2].path.len(), 3);
-    let LoadAction::At { moment, follows, .. } = &scenario.loads[1].action else { panic!() };
-    assert_eq!((*moment, *follows), (Vector::new(0.005, 0.0, 0.0), false));
+    let LoadAction::At { load, .. } = &scenario.loads[1].action else { panic!() };
+    let exerted = load.on(&Rotation::from_axis_angle(&Vector::z_axis(), 1.0));
+    assert_eq!((load.axes(), exerted[1]), (Axes::World, Vector::new(0.005, 0.0, 0.0)));
     assert_eq!(scenario.minimiser.stop.force_tolerance, 1e-8);
     assert_eq!(scenario.minimiser.stop.max_iterations, 100);
     let output = scenario.output;

@@ -2,14 +2,18 @@
 //! and the drag of flows.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use wireloom_core::constraint::{ConstraintSpec, Limits};
-use wireloom_core::load::{Flow, LineForce, LoadAction};
+use wireloom_core::load::{Axes, Dead, DeadLine, Flow, Follower, FollowerLine, LineLoad, LoadAction, PointLoad};
 use wireloom_core::minimiser::{Minimiser, Report, Stop};
 use wireloom_core::network::{ConstraintPlan, Load, LoadSite, NodeRange, Place};
 use wireloom_core::problem::Hessian;
 use wireloom_core::rod::RodSpec;
+use wireloom_core::rotation::{columns, skew};
 use wireloom_core::status::Status;
-use wireloom_core::{Conditions, Constraint, HoldWord, Parameters, Problem, Registry, Section, State, Tangent, Vector};
+use wireloom_core::{
+    Conditions, Constraint, HoldWord, Matrix, Parameters, Problem, Registry, Rotation, Section, State, Tangent, Vector,
+};
 use wireloom_solve::linear::assembly::System;
 use wireloom_solve::linear::border::Border;
 use wireloom_solve::linear::without_potential::WithoutPotential;
@@ -35,9 +39,62 @@ fn add(sample: &mut Sample, action: LoadAction<LoadSite, NodeRange>) {
 
 /// Adds a force (N) and a moment (N m) at a place.
 fn at_place(sample: &mut Sample, place: Place, [force, moment]: [Vector; 2], follows: bool) {
+    let load: Arc<dyn PointLoad> =
+        if follows { Arc::new(Follower { force, moment }) } else { Arc::new(Dead { force, moment }) };
+    own_at_place(sample, place, load);
+}
+
+/// Adds any load at a place.
+fn own_at_place(sample: &mut Sample, place: Place, load: Arc<dyn PointLoad>) {
     let site = sample.network.site(place);
-    let place = LoadSite { site, point: site.point };
-    add(sample, LoadAction::At { place, force, moment, follows });
+    add(sample, LoadAction::At { place: LoadSite { site, point: site.point }, load });
+}
+
+/// A load of another program: a force that grows with the height of d1, and the moment of a magnet along d3 in a field,
+/// given in either axes.
+#[derive(Debug)]
+struct Magnet {
+    axes: Axes,
+    field: Vector,
+}
+
+impl Magnet {
+    /// Vectors of the world in the axes of the load, and their derivatives.
+    fn given(&self, frame: &Rotation, world: [Vector; 2], derivatives: [Matrix; 2]) -> ([Vector; 2], [Matrix; 2]) {
+        if self.axes == Axes::World {
+            return (world, derivatives);
+        }
+        let back = frame.to_rotation_matrix().inverse();
+        let local = world.map(|v| back * v);
+        (local, [0, 1].map(|k| skew(&local[k]) + back.matrix() * derivatives[k]))
+    }
+
+    fn all(&self, frame: &Rotation) -> ([Vector; 2], [Matrix; 2]) {
+        let r = *frame.to_rotation_matrix().matrix();
+        let [d1, _, d3] = columns(frame);
+        let of_d1 = -(r * skew(&Vector::x()));
+        let force = Vector::new(200.0, 100.0, -300.0);
+        let derivatives = [force * of_d1.row(2), skew(&self.field) * r * skew(&Vector::z())];
+        self.given(frame, [force * d1.z, d3.cross(&self.field)], derivatives)
+    }
+}
+
+impl PointLoad for Magnet {
+    fn without_potential(&self) -> Option<&str> {
+        Some("is a magnet")
+    }
+    fn axes(&self) -> Axes {
+        self.axes
+    }
+    fn on(&self, frame: &Rotation) -> [Vector; 2] {
+        self.all(frame).0
+    }
+    fn derivative(&self, frame: &Rotation) -> [Matrix; 2] {
+        self.all(frame).1
+    }
+    fn largest(&self) -> [f64; 2] {
+        [400.0, self.field.norm()]
+    }
 }
 
 /// Adds a dead moment (N m) at a place.
@@ -246,7 +303,7 @@ fn a_force_per_length_acts_as_weight() {
     light.conditions.gravity = Vector::zeros();
     let weight = heavy.conditions.gravity * section(false).linear_density;
     let spans = vec![NodeRange { branch: 0, nodes: 0..25 }];
-    add(&mut light, LoadAction::Along { spans, force: LineForce::Dead(weight) });
+    add(&mut light, LoadAction::Along { spans, load: Arc::new(DeadLine(weight)) });
     let ends = [&heavy, &light].map(|sample| {
         let (mut problem, mut state) = (sample.problem(), sample.state.clone());
         assert!(problem.has_potential());
@@ -279,7 +336,7 @@ fn a_cable_in_a_flow_hangs_at_the_critical_angle() {
         // k U² = ratio w with U = 20 m/s.
         let flow = Flow { velocity: Vector::x() * 20.0, drag: ratio * weight / (400.0 * own.diameter) };
         let spans = vec![NodeRange { branch: 0, nodes: 0..31 }];
-        add(&mut sample, LoadAction::Along { spans, force: LineForce::Flow(flow) });
+        add(&mut sample, LoadAction::Along { spans, load: Arc::new(flow) });
         let (mut problem, mut state) = (sample.problem(), sample.state.clone());
         for k in 1..=16 {
             problem.change(|conditions| conditions.load_factors[0] = f64::from(k) / 16.0);
@@ -310,6 +367,8 @@ fn the_corrected_matrix_is_the_derivative_of_the_residual() {
         ("dead moments", "rigid-body", false),
         ("followers", "fused", false),
         ("followers", "rigid-body", false),
+        ("own, in the world", "rigid-body", false),
+        ("own, in the frame", "rigid-body", false),
         ("forces along", "fused", true),
         ("forces along", "rigid-body", true),
         ("all", "rigid-body", true),
@@ -327,12 +386,19 @@ fn the_corrected_matrix_is_the_derivative_of_the_residual() {
                 let wrench = [random_vector(&mut rng, 1000.0), random_vector(&mut rng, 100.0)];
                 at_place(&mut sample, place, wrench, true);
             }
+            if what.starts_with("own") || what == "all" {
+                let axes = if what.ends_with("world") { Axes::World } else { Axes::Frame };
+                let field = random_vector(&mut rng, 100.0);
+                own_at_place(&mut sample, place, Arc::new(Magnet { axes, field }));
+            }
         }
         if along {
             let spans = (0..3).map(|branch| NodeRange { branch, nodes: 0..7 }).collect::<Vec<_>>();
             let flow = Flow { velocity: random_vector(&mut rng, 100.0), drag: 100.0 };
-            for force in [LineForce::Follower(random_vector(&mut rng, 1000.0)), LineForce::Flow(flow)] {
-                add(&mut sample, LoadAction::Along { spans: spans.clone(), force });
+            let loads: [Arc<dyn LineLoad>; 2] =
+                [Arc::new(FollowerLine(random_vector(&mut rng, 1000.0))), Arc::new(flow)];
+            for load in loads {
+                add(&mut sample, LoadAction::Along { spans: spans.clone(), load });
             }
         }
         let network = &sample.network;
@@ -399,7 +465,7 @@ fn a_rolled_up_cable_follows_its_clamp() {
     assert_eq!(newton.minimise(&mut problem, &mut state, &stop).status, Status::Converged);
     let away = Vector::new(0.3, -0.2, 0.1);
     for turn in [Vector::y() * 0.7, Vector::new(0.0, 0.5, 0.6), Vector::new(0.0, 0.5, 1.0)] {
-        let q = wireloom_core::Rotation::from_scaled_axis(turn);
+        let q = Rotation::from_scaled_axis(turn);
         let mut target = sample.conditions.targets[0];
         (target.position, target.orientation) = (target.position + away, q * target.orientation);
         problem.set_target(0, target);

@@ -69,7 +69,7 @@ fn constraint(network: &Network, identities: &Identities, constraint: &harness::
     };
     let (moves, turns) = match constraint.model.action() {
         Action::Prescribed(hold) => (hold.position, hold.rotation != RotationHold::Free),
-        Action::Potential(_) | Action::Equations(_) => (true, constraint.site.frame.is_some()),
+        _ => (true, constraint.site.frame.is_some()),
     };
     Constraint {
         name: constraint.name.clone(),

@@ -2,7 +2,7 @@
 //! rest add up to nothing.
 
 use wireloom_core::equilibrium::StepResult;
-use wireloom_core::load::LoadAction;
+use wireloom_core::load::{Axes, LoadAction};
 use wireloom_core::network::LoadSite;
 use wireloom_core::{Network, Rotation, Vector};
 
@@ -31,7 +31,7 @@ pub fn imbalance(network: &Network, gravity: &Vector, step: &StepResult) -> Imba
     }
     for load in &network.loads {
         match &load.action {
-            LoadAction::At { place: LoadSite { point, .. }, force, moment, follows } => {
+            LoadAction::At { place: LoadSite { point, .. }, load: own } => {
                 let of_branch =
                     network.branches.iter().zip(&step.branches).find(|(branch, _)| branch.points.contains(point));
                 let of_joint = || network.joints.iter().zip(&step.joints).find(|(joint, _)| joint.point == *point);
@@ -40,18 +40,19 @@ pub fn imbalance(network: &Network, gravity: &Vector, step: &StepResult) -> Imba
                     .map(|(node, result)| (result.position[node], result.frame[node]))
                     .or_else(|| of_joint().map(|(_, result)| (result.position, result.orientation)))
                     .expect("a load acts on a node or a joint");
-                let turn = if *follows { frame } else { Rotation::identity() };
-                acting.push((at, turn * force * load.factor, turn * moment * load.factor));
+                let turn = if own.axes() == Axes::Frame { frame } else { Rotation::identity() };
+                let [force, moment] = own.on(&frame).map(|v| turn * v * load.factor);
+                acting.push((at, own.dead_force() * load.factor + force, moment));
             }
-            LoadAction::Along { spans, force } => {
+            LoadAction::Along { spans, load: own } => {
                 for span in spans {
                     let (branch, result) = (&network.branches[span.branch], &step.branches[span.branch]);
                     for j in span.nodes.start..span.nodes.end - 1 {
                         let (a, b) = (result.frame[j], result.frame[j + 1]);
                         let halfway = a * (a.inverse() * b).powf(0.5);
-                        let per_length = force.on(&halfway, branch.section.diameter) * load.factor;
+                        let per_length = own.dead_force() + own.on(&halfway, branch.section.diameter);
                         let at = (result.position[j] + result.position[j + 1]) * 0.5;
-                        acting.push((at, per_length * (result.s[j + 1] - result.s[j]), Vector::zeros()));
+                        acting.push((at, per_length * load.factor * (result.s[j + 1] - result.s[j]), Vector::zeros()));
                     }
                 }
             }

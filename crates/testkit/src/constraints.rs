@@ -161,3 +161,90 @@ impl Equations for Sight {
         stations[10] = apart;
     }
 }
+
+/// Which parts of a [`Plunger`] act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parts {
+    /// `½ k a3²`
+    Spring,
+    /// `a1 = a2 = 0`
+    Guide,
+    /// Both.
+    Both,
+}
+
+/// The target lies on the tangent of the station, and a spring along it pulls. With the target at `a = Rᵀ (x° − x)` in
+/// the axes of the station: `a1 = a2 = 0`, and `½ k a3²`.
+pub struct Plunger {
+    /// k, N/m.
+    pub stiffness: f64,
+    /// What of it acts.
+    pub parts: Parts,
+}
+
+impl Plunger {
+    /// `a_i` and its derivatives in x and θ.
+    fn along(at: &ConstraintView<'_>, i: usize) -> (f64, [Vector; 2]) {
+        let (r, e) = (&at.stations[0].orientation, Vector::ith(i, 1.0));
+        let a = r.inverse_transform_vector(&(at.targets[0].position - at.stations[0].position));
+        (a[i], [-(r * e), e.cross(&a)])
+    }
+
+    /// Adds w times the second derivatives of `a_i`: `−[e_i]ₓ Rᵀ` in θ and x, `sym(a e_iᵀ) − a_i I` in θ twice.
+    fn add_second(at: &ConstraintView<'_>, i: usize, w: f64, table: &mut [Matrix]) {
+        let (r, e) = (&at.stations[0].orientation, Vector::ith(i, 1.0));
+        let a = r.inverse_transform_vector(&(at.targets[0].position - at.stations[0].position));
+        let mixed = -(skew(&e) * r.to_rotation_matrix().inverse().matrix()) * w;
+        let outer = a * e.transpose();
+        table[1] += mixed.transpose();
+        table[2] += mixed;
+        table[3] += ((outer + outer.transpose()) * 0.5 - Matrix::identity() * a[i]) * w;
+    }
+}
+
+impl Constraint for Plunger {
+    fn action(&self) -> Action<'_> {
+        match self.parts {
+            Parts::Spring => Action::Potential(self),
+            Parts::Guide => Action::Equations(self),
+            Parts::Both => Action::PotentialAndEquations(self, self),
+        }
+    }
+}
+
+impl Potential for Plunger {
+    fn energy(&self, at: &ConstraintView<'_>) -> f64 {
+        0.5 * self.stiffness * Self::along(at, 2).0.powi(2)
+    }
+    fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
+        let (a, slopes) = Self::along(at, 2);
+        stations.copy_from_slice(&slopes.map(|slope| slope * (self.stiffness * a)));
+        self.energy(at)
+    }
+    fn hessian(&self, at: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
+        let (a, slopes) = Self::along(at, 2);
+        for (k, block) in stations.iter_mut().enumerate() {
+            *block = slopes[k / 2] * slopes[k % 2].transpose() * self.stiffness;
+        }
+        Self::add_second(at, 2, self.stiffness * a, stations);
+    }
+}
+
+impl Equations for Plunger {
+    fn of_stations(&self) -> Vec<Residual> {
+        vec![Residual::zero(1.0); 2]
+    }
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
+        c.iter_mut().enumerate().for_each(|(i, c)| *c = Self::along(at, i).0);
+    }
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], _: &mut [Vector]) {
+        for (i, (c, row)) in c.iter_mut().zip(stations.chunks_exact_mut(2)).enumerate() {
+            let (a, slopes) = Self::along(at, i);
+            *c = a;
+            row.copy_from_slice(&slopes);
+        }
+    }
+    fn curvature(&self, at: &ConstraintView<'_>, w: &[f64], stations: &mut [Matrix], _: &mut [Matrix]) {
+        w.iter().enumerate().for_each(|(i, w)| Self::add_second(at, i, *w, stations));
+    }
+}

@@ -5,7 +5,6 @@
 //! equilibrium from there is compared with the end of the run.
 
 use wireloom_core::Status;
-use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::{DrawnStart, EndsElsewhere, OperationResult, Run, SlideResult, StepResult};
 use wireloom_core::network::{AttachedConstraint, Joint};
 use wireloom_core::rotation::columns;
@@ -42,7 +41,7 @@ pub fn compare_with_drawn_start(
         let built = from_drawn.build(registry).map_err(|faults| {
             faults.first().map_or_else(|| "it cannot be built".to_owned(), |fault| fault.message.clone())
         })?;
-        let is_spring = |own: &&AttachedConstraint| matches!(own.model.action(), Action::Potential(_));
+        let is_spring = |own: &&AttachedConstraint| own.model.action().potential().is_some();
         if let Some(spring) = built.network.constraints.iter().find(is_spring) {
             return Err(format!(
                 "constraint \"{}\" is a spring, and results do not say where it pulls to",

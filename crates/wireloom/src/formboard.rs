@@ -21,7 +21,7 @@ pub use wireloom_formboard::{
 
 use drawing::{Drawing, Table};
 use std::collections::{HashMap, HashSet};
-use wireloom_core::load::{LineForce, LoadAction};
+use wireloom_core::load::LoadAction;
 use wireloom_core::{Registry, Rotation, Vector};
 use wireloom_formboard::{Arm, Branch, Clip, Joint, Vertex, lay};
 use wireloom_scenario::flat::{Flat, FlatBranch, FlatJoint, FlatLoad, Held, Hold, on_board};
@@ -323,10 +323,10 @@ impl Flattened<'_> {
         let down = self.scenario.gravity.try_normalize(0.0);
         for load in &self.scenario.loads {
             let force = match &load.action {
-                LoadAction::At { force, moment, follows: false, .. } if *moment == Vector::zeros() => Some(force),
-                LoadAction::Along { force: LineForce::Dead(force), .. } => Some(force),
-                _ => None,
+                LoadAction::At { load, .. } => load.dead_force(),
+                LoadAction::Along { load, .. } => load.dead_force(),
             };
+            let force = load.action.without_potential().is_none().then_some(force);
             let pull = force.zip(down).and_then(|(force, down)| {
                 let pull = force.dot(&down);
                 ((force - down * pull).norm() <= 1e-9 * force.norm() && load.factor * pull > 0.0).then_some(pull)

@@ -15,11 +15,11 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
-pub use wireloom_core::load::{Flow, LineForce, LoadAction};
+pub use wireloom_core::load::{Axes, Dead, DeadLine, Flow, Follower, FollowerLine, LineLoad, LoadAction, PointLoad};
 pub use wireloom_core::mechanism::{JointKind, Mechanism, MechanismJoint, Mount};
 pub use wireloom_core::network::{
-    AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, LoadSite, Network, Place, Site,
-    Span,
+    AttachedConstraint, Branch, BranchPlan, ConstraintPlan, Joint, JointPlan, Load, LoadSite, Network, NodeRange,
+    Place, Site, Span,
 };
 pub use wireloom_core::obstacle::{Obstacle, Shape, ShapeFile, Surface};
 pub use wireloom_core::rod::Mesh;

@@ -8,7 +8,7 @@ use wireloom::parts::{
     Action, Attaches, Constraint, ConstraintKind, ConstraintSpec, ConstraintView, Form, Hold, HoldWord, Parameter,
     Parameters, Potential, Quantity, SpanUse,
 };
-use wireloom_testkit::constraints::{Floor, Link, Strut};
+use wireloom_testkit::constraints::{Floor, Link, Parts, Plunger, Strut};
 
 fn number(name: &str, quantity: Quantity) -> Parameter {
     Parameter {
@@ -52,6 +52,14 @@ pub fn counting(commits: Arc<AtomicUsize>) -> Registry {
         Strut { rest: p.number("rest").unwrap(), stiffness: p.number("stiffness").unwrap() }
     });
     add(&mut registry, "link", pair(), vec![length("distance")], |_, p| Link(p.number("distance").unwrap()));
+    let plungers = [("plunger", Parts::Both), ("plunger-spring", Parts::Spring), ("plunger-guide", Parts::Guide)];
+    for (name, parts) in plungers {
+        let stiffness = vec![number("stiffness", Quantity::ForcePerLength)];
+        add(&mut registry, name, Attaches::default(), stiffness, move |_, p| Plunger {
+            stiffness: p.number("stiffness").unwrap(),
+            parts,
+        });
+    }
     let along = Attaches { stations: 0..=0, span: SpanUse::Always };
     add(&mut registry, "floor", along, vec![length("height")], |_, p| Floor(p.number("height").unwrap()));
     add(&mut registry, "ratchet", Attaches::default(), vec![], move |_, _| Ratchet(commits.clone()));

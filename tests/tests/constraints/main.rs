@@ -12,8 +12,8 @@ use wireloom::parts::{Minimiser, Newton, Stop};
 use wireloom::result::{ConstraintResult, EventKind};
 use wireloom::session::{Checkpoint, Observer, Progress, Resumed};
 use wireloom::{Control, Run, Status, StepResult};
-use wireloom_testkit::constraints::{Floor, Link, Sight, Strut};
-use wireloom_testkit::{equations_conformance, potential_conformance};
+use wireloom_testkit::constraints::{Floor, Link, Parts, Plunger, Sight, Strut};
+use wireloom_testkit::{equations_conformance, potential_and_equations_conformance, potential_conformance};
 use wireloom_tests::cables::{branch, connector, run_with, section};
 
 potential_conformance!(strut, || Box::new(Strut { rest: 0.3, stiffness: 70.0 }), 2, 0);
@@ -21,6 +21,7 @@ potential_conformance!(ratchet, || Box::new(Ratchet(Arc::default())), 1, 0);
 equations_conformance!(link, || Box::new(Link(0.4)), 2, 0);
 equations_conformance!(floor_under_a_span, || Box::new(Floor(0.1)), 0, 7);
 equations_conformance!(sight, || Box::new(Sight), 2, 0);
+potential_and_equations_conformance!(plunger, || Box::new(Plunger { stiffness: 70.0, parts: Parts::Both }), 1, 0);
 
 fn run(text: &str) -> Run {
     run_with(text, &registry())
@@ -94,6 +95,34 @@ fn an_equation_between_two_branches() {
     assert!((apart - 0.3).abs() < 1e-8, "{apart}");
     assert!(end.minimiser.constraint_residual.expect("there are equations") <= 1e-8);
     assert_eq!(end.stable, Some(true));
+}
+
+/// A plunger at the end of a beam holds two directions and is a spring in the third, as its two halves are together,
+/// and the spring alone lets the end go.
+#[test]
+fn a_potential_and_equations_in_one_are_both_of_them() {
+    let end = "at = { end = \"B\" }\nposition = [0.9, 0.1, 0.02]\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n\
+               stiffness = 40\n";
+    let with = |kinds: &[&str]| {
+        let one = |kind: &&str| format!("[[constraints]]\nname = \"{kind}\"\nkind = \"{kind}\"\n{end}");
+        let run = run(&beam(&kinds.iter().map(one).collect::<String>(), -9.81));
+        assert_eq!(run.status(), Status::Converged, "{:?}", run.events);
+        run.steps.into_iter().next().expect("a step")
+    };
+    let (one, two) = (with(&["plunger"]), with(&["plunger-spring", "plunger-guide"]));
+    let whole = constraint(&one, "plunger");
+    let halves = ["plunger-spring", "plunger-guide"].map(|name| constraint(&two, name));
+    let sum = halves[0].force + halves[1].force;
+    assert!((whole.force - sum).norm() < 1e-6 * sum.norm(), "{} and {sum}", whole.force);
+    let (x, target) = (whole.position, Vector::new(0.9, 0.1, 0.02));
+    assert!((x - halves[0].position).norm() < 1e-7, "{x} and {}", halves[0].position);
+    // The target lies on the tangent, at a distance that is the force along it over k.
+    let (gap, tangent) = (target - x, whole.orientation * Vector::z());
+    assert!(gap.cross(&tangent).norm() < 1e-7, "{gap}");
+    assert!((whole.force.dot(&tangent) - 40.0 * gap.dot(&tangent)).abs() < 1e-6, "{} at {gap}", whole.force);
+    assert!(one.minimiser.constraint_residual.expect("there are equations") <= 1e-8);
+    let spring = with(&["plunger-spring"]);
+    assert!((constraint(&spring, "plunger-spring").position - x).norm() > 0.01);
 }
 
 /// A link between clamps cannot be met: no loop without end, and no claim.

@@ -8,7 +8,7 @@ use wireloom::parts::{
     Equations, JointKind, JointModel, JointShape, Mounting, Point, Potential, Residual, Response,
 };
 use wireloom::{Registry, Run, Status};
-use wireloom_testkit::constraints::Link;
+use wireloom_testkit::constraints::{Link, Parts, Plunger};
 use wireloom_tests::cables::{branch, connector, connector_along, section};
 
 /// A spring whose first and second derivatives are twice those of its energy.
@@ -88,6 +88,41 @@ impl ConstitutiveLaw for LyingLaw {
     }
 }
 
+/// A spring and a link in one, of which one is wrong: the doubled spring with an equation of its own, or the doubled
+/// link with a spring that is right.
+struct HalfWrong {
+    spring: bool,
+}
+
+/// A guide along a tangent, and a spring beside it.
+const RIGHT: [Plunger; 2] =
+    [Plunger { stiffness: 10.0, parts: Parts::Guide }, Plunger { stiffness: 10.0, parts: Parts::Spring }];
+
+/// `x3 = x°3` at the station, with twice its derivative.
+struct DoubledHeight;
+
+impl Constraint for HalfWrong {
+    fn action(&self) -> Action<'_> {
+        match self.spring {
+            true => Action::PotentialAndEquations(&DoubledSpring, &RIGHT[0]),
+            false => Action::PotentialAndEquations(&RIGHT[1], &DoubledHeight),
+        }
+    }
+}
+
+impl Equations for DoubledHeight {
+    fn of_stations(&self) -> Vec<Residual> {
+        vec![Residual::zero(1.0)]
+    }
+    fn residuals(&self, at: &ConstraintView<'_>, c: &mut [f64]) {
+        c[0] = at.stations[0].position.z - at.targets[0].position.z;
+    }
+    fn jacobian(&self, at: &ConstraintView<'_>, c: &mut [f64], stations: &mut [Vector], _: &mut [Vector]) {
+        self.residuals(at, c);
+        stations[0] = Vector::z() * 2.0;
+    }
+}
+
 fn registry() -> Registry {
     let mut registry = wireloom::registry();
     let mut constraint = |name: &str, stations: usize, build: fn() -> Box<dyn Constraint>| {
@@ -102,6 +137,8 @@ fn registry() -> Registry {
         assert!(registry.add_constraint(kind).is_ok());
     };
     constraint("doubled-spring", 1, || Box::new(DoubledSpring));
+    constraint("half-wrong-spring", 1, || Box::new(HalfWrong { spring: true }));
+    constraint("half-wrong-link", 1, || Box::new(HalfWrong { spring: false }));
     constraint("doubled-link", 2, || Box::new(DoubledLink(Link(0.3))));
     let joint = JointKind {
         name: "energy-alone".into(),
@@ -143,6 +180,18 @@ fn a_spring_that_pulls_twice_as_hard_as_its_energy_says_is_at_fault() {
 fn a_link_that_exerts_half_its_force_is_at_fault() {
     let link = "[[constraints]]\nname = \"link\"\nkind = \"doubled-link\"\nat = [{ end = \"B\" }, { end = \"C\" }]\n";
     at_fault(&run_with(&bars(link), &registry()), "constraint `link` (doubled-link)");
+}
+
+/// Of a potential and equations in one each half is looked at for itself.
+#[test]
+fn a_constraint_of_which_one_half_lies_is_at_fault() {
+    for kind in ["half-wrong-spring", "half-wrong-link"] {
+        let hand = format!(
+            "[[constraints]]\nname = \"hand\"\nkind = \"{kind}\"\nat = {{ end = \"B\" }}\nposition = [1, 0, 0.01]\n\
+             tangent = [1, 0, 0]\nup = [0, 0, 1]\n"
+        );
+        at_fault(&run_with(&beam(&hand, -9.81), &registry()), &format!("constraint `hand` ({kind})"));
+    }
 }
 
 #[test]

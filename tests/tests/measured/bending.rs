@@ -80,7 +80,7 @@ fn fitted((words, sample, runs, size, start, layers, should): Case) -> Result<Fi
     let tables: Vec<&str> = tables.iter().map(String::as_str).collect();
     let more: &[&str] = match layers {
         Layers::Linear => &[],
-        Layers::Slip => &["friction.bending.0.stiffness", "friction.bending.0.moment"],
+        Layers::Slip => &["friction.slip_moment", "friction.stiff_ratio"],
         Layers::Yield => &["set.yield_curvature", "set.hardening"],
     };
     let fit: Vec<String> =

@@ -10,6 +10,7 @@ const RIGHT: &[(u32, &str, &[&str])] = &[
     (1, "a shape that bends within 0.1 mm", &["-DEPSILON=1e-4"]),
     (2, "a cone", &[]),
     (3, "a cone as an equation, with its curvature", &[]),
+    (4, "a cone as an equation, and a spring beside it", &[]),
 ];
 
 /// Case that is wrong, and what must be said of it.
@@ -21,6 +22,11 @@ const WRONG: &[(u32, &str, &[&str])] = &[
     ),
     (11, "a gradient that is wrong by 1 %", &["gradient is the derivative of the energy … FAILED"]),
     (12, "seven times the force after a commit", &["gradient is the derivative of the energy … FAILED"]),
+    (
+        13,
+        "the Hessian of the energy where that of the equations is asked for",
+        &["curvature is the second derivative of the residuals or nothing … FAILED"],
+    ),
     (20, "a number beyond the energy", &["wrote beyond the end of the array `energy`, which has 1 numbers"]),
     (21, "a number beyond the gradient", &["wrote beyond the end of the array `gradient`, which has 6 numbers"]),
     (22, "a number beyond the Hessian", &["wrote beyond the end of the array `Hessian`, which has 36 numbers"]),

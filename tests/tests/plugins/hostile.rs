@@ -101,7 +101,7 @@ const REFUSED: &[Case] = &[
     (32, "no instance", &["returned success from `create` but wrote no instance"]),
     (33, "no description", &["wrote no shape: `create` must fill in the description"]),
     (70, "a memory that is not finite", &["starts with a memory that is not finite: [NaN]"]),
-    (71, "an unknown shape", &["has shape 99; 1, 2 and 3 are known"]),
+    (71, "an unknown shape", &["has shape 99; 1 to 4 are known"]),
     (72, "equations without residuals", &["has no residuals"]),
     (73, "a huge memory", &["says it has 4000000000 numbers of memory"]),
     (74, "a memory at no address", &["has its memory at 0x8"]),
@@ -378,7 +378,7 @@ fn damaged_memory() -> Checked {
 /// The constraint in C++, whose `evaluate` throws in the second step.
 fn exception() -> Checked {
     let place = Place::new()?;
-    compile_cpp(&root().join("tests/tests/plugins/throwing.cpp"), &place.path("libhostile.so"))?;
+    compile_cpp(&root().join("tests/tests/plugins/throwing.cpp"), &place.path("libhostile.so"), &[])?;
     fs::write(place.path("s.toml"), scenario())?;
     let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libhostile.so"])?.expect(3)?;
     ended.says(&["constraint `bad` (hostile) in step `second`", "plugin `hostile` 0.0.1 (libhostile.so) "])?;

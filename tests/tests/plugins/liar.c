@@ -14,8 +14,9 @@
 #endif
 #define SHARP (CASE == 1)
 #define CONE (CASE == 2)
-/* A cone as an equation, with its curvature. */
-#define EQUATION (CASE == 3)
+/* A cone as an equation, with its curvature; beside a spring; and with the curvature of the spring for both. */
+#define BOTH (CASE == 4 || CASE == 13)
+#define EQUATION (CASE == 3 || BOTH)
 
 static int32_t create(const WireloomKind *kind, const WireloomConstraintSpec *spec, void **instance,
                       WireloomDescription *description, WireloomText *message) {
@@ -23,7 +24,9 @@ static int32_t create(const WireloomKind *kind, const WireloomConstraintSpec *sp
     static const double memory = 0.0;
     static const double scale = 1.0;
     *instance = calloc(1, 16);
-    description->shape = EQUATION ? WIRELOOM_SHAPE_EQUATIONS : WIRELOOM_SHAPE_POTENTIAL;
+    description->shape = BOTH       ? WIRELOOM_SHAPE_POTENTIAL_AND_EQUATIONS
+                         : EQUATION ? WIRELOOM_SHAPE_EQUATIONS
+                                    : WIRELOOM_SHAPE_POTENTIAL;
     description->objective = !EQUATION;
     description->residual_count = EQUATION;
     description->scales = &scale;
@@ -61,14 +64,15 @@ static int32_t evaluate(const void *instance, const WireloomSituation *at, Wirel
         const double s = r > 0.0 ? 1.0 / r : 0.0, j[6] = {s * d[0], s * d[1], -0.5, 0.0, 0.0, 0.0};
         memcpy(out->jacobian, j, sizeof j);
     }
-    if (out->hessian) {
+    if (out->hessian && out->weights && CASE != 13) {
         const double w = r > 0.0 ? out->weights[0] / (r * r * r) : 0.0;
         memset(out->hessian, 0, 36 * sizeof(double));
         out->hessian[0] = w * d[1] * d[1];
         out->hessian[1] = out->hessian[6] = -w * d[0] * d[1];
         out->hessian[7] = w * d[0] * d[0];
+        return WIRELOOM_STATUS_OK;
     }
-    return WIRELOOM_STATUS_OK;
+    if (!BOTH) return WIRELOOM_STATUS_OK;
 #endif
     /* E = k f(r), dE/dd = k g d, d2E/dd2 = k (g I + h d d'). */
     const double size = SHARP ? sqrt(square + EPSILON * EPSILON) : sqrt(square);

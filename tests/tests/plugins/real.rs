@@ -1,6 +1,7 @@
 //! The plugins of this repository, each in the scenario of its name, against a closed form.
 
 use crate::*;
+use wireloom_tests::cables::{branch, connector, section};
 
 pub fn trials() -> Vec<Named> {
     vec![
@@ -9,6 +10,7 @@ pub fn trials() -> Vec<Named> {
         named("elastic-strap: strap and cantilever are two springs in a row", elastic_strap),
         named("spring-joint: a cantilever with the joint half way sinks by F L³ / 3 E I + F (L/2)² / k", spring_joint),
         named("softening-bundle: a moment bends it to the arc of its closed form", softening_bundle),
+        named("a potential and equations in one, in C: a cone and a spring", potential_and_equations),
         named("all of them keep what they promise", all_keep_their_promises),
         named("a plugin in C and one in Rust in one scenario", both_languages),
         named("list shows what is installed, with parameters", list),
@@ -80,8 +82,32 @@ fn stiffness() -> Result<Value, Failed> {
 /// The joint, which is in C++.
 fn joint(folder: &Path) -> Result<PathBuf, Failed> {
     let library = folder.join("libspring_joint.so");
-    compile_cpp(&root().join("plugins/spring-joint/spring_joint.cpp"), &library)?;
+    compile_cpp(&root().join("plugins/spring-joint/spring_joint.cpp"), &library, &[])?;
     Ok(library)
+}
+
+/// A cone around the target, on which the end of a cable is held, and a spring of 3 N/m to the target, in one.
+fn potential_and_equations() -> Checked {
+    let place = Place::new()?;
+    compile(&root().join("tests/tests/plugins/liar.c"), &place.path("libliar.so"), &["-DCASE=4"])?;
+    let text = [
+        "schema = 1\nname = \"cone\"\ngravity = [0, 0, 9.81]\n\n[plugins]\nload = [\"liar\"]\n\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 20),
+        &connector("clamp", "A", [0.0, 0.0, 0.0]),
+        "[[constraints]]\nname = \"cone\"\nkind = \"liar\"\nat = { end = \"B\" }\nposition = [0.47, 0, 0]\n",
+    ]
+    .concat();
+    fs::write(place.path("s.toml"), text)?;
+    place.wireloom(&["run", "s.toml", "--allow-plugin", "libliar.so"])?.expect(0)?;
+    let end = &place.json("out/s/result.json")?["steps"][0];
+    let at = |what: &str, k: usize| number(end, &format!("/constraints/cone/{what}/{k}"));
+    let away = [at("position", 0) - 0.47, at("position", 1), at("position", 2)];
+    let across = away[0].hypot(away[1]);
+    ensure(away[2] > 1e-3 && (across - 0.5 * away[2]).abs() < 1e-8, format!("{away:?} is not on the cone"))?;
+    // What is left of its force without the spring is across the cone.
+    let [fx, fz] = [0, 2].map(|k| at("force", k) + 3.0 * away[k]);
+    ensure((fx * away[0] + fz * away[2]).abs() < 1e-6 * (fx * fx + fz * fz).sqrt(), format!("{fx} N and {fz} N"))
 }
 
 fn spring_joint() -> Checked {

@@ -8,7 +8,7 @@
 //! Lagrangian: Bertsekas 1982).
 
 use crate::conditions::{ConstraintState, System};
-use crate::constraint::{Action, ConstraintView, Equations, Relation, Residual};
+use crate::constraint::{Action, ConstraintView, Equations, Potential, Relation, Residual};
 use crate::network::{AttachedConstraint, Site};
 use crate::rotation::{lever_hessian, skew, turned};
 use crate::terms::slope::{Contradiction, Slope, along};
@@ -124,6 +124,8 @@ struct Scratch {
     slopes: Slopes,
     table: Vec<Matrix>,
     span_table: Vec<Matrix>,
+    /// Σ μ c″ of equations beside a potential.
+    curvature: [Vec<Matrix>; 2],
 }
 
 /// Resizes to `count` zeros.
@@ -156,32 +158,29 @@ impl Slopes {
         let (m, n) = (at.stations.len(), at.span.len());
         resize_with_zeros(&mut self.stations, 2 * m, Vector::zeros());
         resize_with_zeros(&mut self.span, n, Vector::zeros());
-        match constraint.model.action() {
-            Action::Prescribed(_) => 0.0,
-            Action::Potential(potential) => potential.gradient(&at, &mut self.stations, &mut self.span),
-            Action::Equations(equations) => {
-                self.linearise(equations, &constraint.residuals, constraint.of_stations, &at);
-                resize_with_zeros(&mut self.mu, self.c.len(), 0.0);
-                let mut energy = 0.0;
-                for (r, residual) in constraint.residuals.iter().enumerate() {
-                    let rho = own.penalties[r] * unit / (residual.scale * residual.scale);
-                    let (e, mu) = augmented(residual.relation, self.c[r], own.multipliers[r], rho);
-                    energy += e;
-                    self.mu[r] = mu;
-                    if mu == 0.0 {
-                        continue;
-                    }
-                    if r < constraint.of_stations {
-                        for (g, j) in self.stations.iter_mut().zip(&self.rows[2 * m * r..]) {
-                            *g += j * mu;
-                        }
-                    } else {
-                        self.span[constraint.node_of(r)] += self.span_rows[r - constraint.of_stations] * mu;
-                    }
+        let action = constraint.model.action();
+        let of_potential = |own: &dyn Potential| own.gradient(&at, &mut self.stations, &mut self.span);
+        let mut energy = action.potential().map_or(0.0, of_potential);
+        let Some(equations) = action.equations() else { return energy };
+        self.linearise(equations, &constraint.residuals, constraint.of_stations, &at);
+        resize_with_zeros(&mut self.mu, self.c.len(), 0.0);
+        for (r, residual) in constraint.residuals.iter().enumerate() {
+            let rho = own.penalties[r] * unit / (residual.scale * residual.scale);
+            let (e, mu) = augmented(residual.relation, self.c[r], own.multipliers[r], rho);
+            energy += e;
+            self.mu[r] = mu;
+            if mu == 0.0 {
+                continue;
+            }
+            if r < constraint.of_stations {
+                for (g, j) in self.stations.iter_mut().zip(&self.rows[2 * m * r..]) {
+                    *g += j * mu;
                 }
-                energy
+            } else {
+                self.span[constraint.node_of(r)] += self.span_rows[r - constraint.of_stations] * mu;
             }
         }
+        energy
     }
 
     /// Evaluates c and J.
@@ -265,7 +264,7 @@ impl ConstraintTerm {
     /// their sign (Dauphin and others 2014), and every station gets the translational `stiffness` (N/m).
     pub fn hessian(&mut self, system: System<'_>, state: &State, convex: Option<Convex>, blocks: &mut Vec<Block>) {
         let Self { scratch, penalty_unit, non_finite } = self;
-        let Scratch { surroundings, slopes, table, span_table } = scratch;
+        let Scratch { surroundings, slopes, table, span_table, curvature } = scratch;
         let unit = *penalty_unit;
         for (c, constraint) in contributing(system) {
             let own = &system.conditions.constraints[c];
@@ -284,20 +283,23 @@ impl ConstraintTerm {
             let at = surroundings.view(own);
             match constraint.model.action() {
                 Action::Prescribed(_) => {}
-                Action::Potential(potential) => {
+                Action::Potential(potential) => potential.hessian(&at, table, span_table),
+                Action::Equations(equations) => equations.curvature(&at, &slopes.mu, table, span_table),
+                Action::PotentialAndEquations(potential, equations) => {
                     potential.hessian(&at, table, span_table);
-                    if let Some(Convex { stiffness }) = convex {
-                        make_convex(stiffness, table, span_table);
-                    }
-                }
-                Action::Equations(equations) => {
-                    equations.curvature(&at, &slopes.mu, table, span_table);
-                    if let Some(Convex { stiffness }) = convex {
-                        make_convex(stiffness, table, span_table);
-                    }
-                    add_penalties(constraint, own, slopes, unit, (table, span_table));
+                    let [of_stations, of_span] = curvature;
+                    resize_with_zeros(of_stations, table.len(), Matrix::zeros());
+                    resize_with_zeros(of_span, n, Matrix::zeros());
+                    equations.curvature(&at, &slopes.mu, of_stations, of_span);
+                    table.iter_mut().zip(of_stations).for_each(|(sum, more)| *sum += *more);
+                    span_table.iter_mut().zip(of_span).for_each(|(sum, more)| *sum += *more);
                 }
             }
+            if let Some(Convex { stiffness }) = convex {
+                make_convex(stiffness, table, span_table);
+            }
+            // Without residuals it adds nothing.
+            add_penalties(constraint, own, slopes, unit, (table, span_table));
             let whole = table.iter().chain(span_table.iter()).all(|block| block.iter().all(|x| x.is_finite()));
             if !whole && non_finite.is_none() && surroundings.is_finite() {
                 *non_finite = Some(c);
@@ -341,33 +343,36 @@ impl ConstraintTerm {
                 moved.move_along(surroundings, t);
                 value(&moved.view(own))
             };
-            let found = match constraint.model.action() {
-                Action::Prescribed(_) => None,
-                Action::Potential(potential) => {
+            let action = constraint.model.action();
+            let of_potential = action.potential().and_then(|potential| {
+                // Those of the potential alone.
+                let mut stations = vec![Vector::zeros(); 2 * m];
+                let mut span = vec![Vector::zeros(); surroundings.span.len()];
+                potential.gradient(&surroundings.view(own), &mut stations, &mut span);
+                let mut slope = Slope::default();
+                stations.iter().chain(&span).enumerate().for_each(|(k, g)| slope.add(g, &along(k)));
+                slope.contradiction(|t| at(t, &mut |view| potential.energy(view)))
+            });
+            let mut of_equations = |equations: &dyn Equations| {
+                let mut values = vec![0.0; slopes.mu.len()];
+                (0..values.len()).filter(|r| slopes.mu[*r] != 0.0).find_map(|r| {
                     let mut slope = Slope::default();
-                    slopes.stations.iter().chain(&slopes.span).enumerate().for_each(|(k, g)| slope.add(g, &along(k)));
-                    slope.contradiction(|t| at(t, &mut |view| potential.energy(view)))
-                }
-                Action::Equations(equations) => {
-                    let mut values = vec![0.0; slopes.mu.len()];
-                    (0..values.len()).filter(|r| slopes.mu[*r] != 0.0).find_map(|r| {
-                        let mut slope = Slope::default();
-                        if r < constraint.of_stations {
-                            let row = &slopes.rows[2 * m * r..2 * m * (r + 1)];
-                            row.iter().enumerate().for_each(|(k, j)| slope.add(j, &along(k)));
-                        } else {
-                            let node = 2 * m + constraint.node_of(r);
-                            slope.add(&slopes.span_rows[r - constraint.of_stations], &along(node));
-                        }
-                        slope.contradiction(|t| {
-                            at(t, &mut |view| {
-                                equations.residuals(view, &mut values);
-                                values[r]
-                            })
+                    if r < constraint.of_stations {
+                        let row = &slopes.rows[2 * m * r..2 * m * (r + 1)];
+                        row.iter().enumerate().for_each(|(k, j)| slope.add(j, &along(k)));
+                    } else {
+                        let node = 2 * m + constraint.node_of(r);
+                        slope.add(&slopes.span_rows[r - constraint.of_stations], &along(node));
+                    }
+                    slope.contradiction(|t| {
+                        at(t, &mut |view| {
+                            equations.residuals(view, &mut values);
+                            values[r]
                         })
                     })
-                }
+                })
             };
+            let found = of_potential.or_else(|| action.equations().and_then(&mut of_equations));
             found.map(|found| (c, found))
         })
     }

@@ -11,7 +11,7 @@ use nalgebra::Unit;
 use wireloom_core::constraint::{Action, ConstraintSpec, RotationHold, SpanSpec, StationSpec};
 use wireloom_core::joint::{JointSpec, Mounting};
 use wireloom_core::law::TurningLaw;
-use wireloom_core::load::LoadAction;
+use wireloom_core::load::{Axes, LoadAction};
 use wireloom_core::network::{AttachedConstraint, BranchPlan, ConstraintPlan, JointPlan, LoadPlan};
 use wireloom_core::registry::{BuildError, Factory, Parameters};
 use wireloom_core::rod::{Mesh, RodSpec};
@@ -119,7 +119,7 @@ impl Scenario {
                         Action::Potential(_) => {
                             constraint.law().is_some_and(|law| !matches!(law.turning, TurningLaw::Frame(_)))
                         }
-                        Action::Equations(_) => false,
+                        Action::Equations(_) | Action::PotentialAndEquations(..) => false,
                     };
                     if free {
                         let constraint = &self.constraints[carried.constraint];
@@ -338,7 +338,7 @@ fn notes_of_constraint(constraint: &AttachedConstraint) -> impl Iterator<Item = 
 
 /// What a user of a follower or a flow must know of its equilibria.
 fn note_on_load(load: &wireloom_core::network::Load) -> Option<String> {
-    if matches!(load.action, LoadAction::At { follows: false, .. }) {
+    if matches!(&load.action, LoadAction::At { load, .. } if load.axes() == Axes::World) {
         return None;
     }
     let why = load.without_potential()?;

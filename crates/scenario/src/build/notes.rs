@@ -52,6 +52,10 @@ pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
         mark("min_bend_radius"),
         mark("max_tension"),
     );
+    if !section.friction.bending.is_empty() {
+        let sticking = digits(section.bending_stiffness[0] + section.friction.diagonal().x);
+        text += &format!("; EI {sticking} N m² while its wires stick");
+    }
     for remark in &by_rule.remarks {
         text += &format!("; {remark}");
     }

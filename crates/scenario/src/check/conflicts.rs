@@ -6,7 +6,7 @@ use crate::fault::Fault;
 use crate::scenario::{Facing, Scenario};
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::constraint::Hold;
-use wireloom_core::load::LoadAction;
+use wireloom_core::load::{Axes, LoadAction};
 use wireloom_core::network::Load;
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::{Bodies, Move, Turn};
@@ -48,14 +48,14 @@ pub(crate) fn refuse_misplaced(scenario: &Scenario, network: &Network) -> Vec<Fa
             faults.push(Fault { span: own.spans.of(Some(key)), message, help: help.to_owned() });
         };
         match &load.action {
-            LoadAction::At { place, moment, follows, .. } if place.site.frame.is_none() => {
+            LoadAction::At { place, load } if place.site.frame.is_none() => {
                 let (joint, help) = (
                     joint_name(network, place.site.point),
                     "attach it further along a branch, or use a joint model with a body",
                 );
-                if *follows {
+                if load.axes() == Axes::Frame {
                     refuse("follows", format!("load \"{}\" follows joint {joint}, which has no frame", own.name), help);
-                } else if *moment != Vector::zeros() {
+                } else if load.without_potential().is_some() {
                     let message = format!("load \"{}\" has a moment at joint {joint}, which has no frame", own.name);
                     refuse("moment", message, help);
                 }
@@ -161,7 +161,7 @@ fn holds_a_part(action: Action<'_>) -> bool {
     match action {
         Action::Prescribed(Hold { position: true, rails, rotation: RotationHold::All }) => !rails.is_empty(),
         Action::Prescribed(_) => true,
-        Action::Potential(_) | Action::Equations(_) => false,
+        _ => false,
     }
 }
 

@@ -8,7 +8,9 @@ use crate::scenario::{Constraint as Given, Facing, Scenario};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use wireloom_core::network::AttachedConstraint;
 use wireloom_core::rotation::columns;
-use wireloom_core::{Action, Constraint, ConstraintView, Matrix, Network, Pose, Relation, RotationHold, Vector};
+use wireloom_core::{
+    Action, Constraint, ConstraintView, Equations, Matrix, Network, Pose, Potential, Relation, RotationHold, Vector,
+};
 
 /// Eigenvalues below this, for rows of unit length, belong to motions that nothing opposes.
 const UNOPPOSED: f64 = 1e-12;
@@ -156,7 +158,7 @@ fn rows(constraint: &dyn Constraint, pose: &Pose) -> Vec<Vector6<f64>> {
             let axes = stiff(&table[3]).into_iter().map(|axis| pose.orientation * axis).collect();
             (stiff(&table[0]), axes)
         }
-        Action::Equations(_) => (vec![], vec![]),
+        Action::Equations(_) | Action::PotentialAndEquations(..) => (vec![], vec![]),
     };
     let of_point = directions.into_iter().map(|d| row(d, pose.position.cross(&d)));
     of_point.chain(axes.into_iter().map(|a| row(Vector::zeros(), a))).collect()
@@ -209,49 +211,48 @@ fn rows_of_several(
         let of = |(pose, g): (&Pose, &[Vector])| of_point(&pose.position, &g[0]) + of_frame(pose, &g[1]);
         stations.iter().zip(g.chunks_exact(2)).map(of).sum()
     };
-    let rows: Vec<Vector6<f64>> = match constraint.model.action() {
-        Action::Prescribed(_) => vec![],
-        Action::Equations(equations) => {
-            let mut c = vec![0.0; constraint.residuals.len()];
-            let mut of_stations = vec![Vector::zeros(); 2 * m * constraint.of_stations];
-            let mut of_span = vec![Vector::zeros(); constraint.residuals.len() - constraint.of_stations];
-            equations.jacobian(&at, &mut c, &mut of_stations, &mut of_span);
-            let per_node = of_span.len() / n.max(1);
-            let stations = of_stations.chunks_exact(2 * m.max(1)).map(of_all);
-            let nodes = of_span.iter().enumerate().map(|(r, g)| of_point(&span[r / per_node], g));
-            let all = stations.chain(nodes).zip(&constraint.residuals);
-            // An inequality opposes motion to one side only.
-            all.filter(|(_, residual)| residual.relation == Relation::Zero).map(|(row, _)| row).collect()
-        }
-        Action::Potential(potential) => {
-            let (mut table, mut nodes) = (vec![Matrix::zeros(); 4 * m * m], vec![Matrix::zeros(); n]);
-            potential.hessian(&at, &mut table, &mut nodes);
-            // Columns of the stiffness against rigid motions, one motion after the other.
-            let column = |k: usize| -> Vector6<f64> {
-                let motion = Vector6::ith(k, 1.0);
-                let (t, w) = (motion.fixed_rows::<3>(0).into_owned(), motion.fixed_rows::<3>(3).into_owned());
-                let moved = |x: &Vector| size * (t + w.cross(&((x - centre) / size)));
-                let motions: Vec<Vector> = stations
-                    .iter()
-                    .flat_map(|pose| [moved(&pose.position), pose.orientation.inverse_transform_vector(&w)])
-                    .collect();
-                let forces: Vec<Vector> = table
-                    .chunks_exact(2 * m.max(1))
-                    .map(|row| row.iter().zip(&motions).map(|(block, motion)| block * motion).sum())
-                    .collect();
-                of_all(&forces)
-                    + span.iter().zip(&nodes).map(|(x, h)| of_point(x, &(h * moved(x)))).sum::<Vector6<f64>>()
-            };
-            let stiffness = Matrix6::from_fn(|i, k| column(k)[i]);
-            if !stiffness.iter().all(|x| x.is_finite()) {
-                return vec![];
-            }
-            let modes = SymmetricEigen::new((stiffness + stiffness.transpose()) * 0.5);
-            let opposed = |k: &usize| modes.eigenvalues[*k] > 1e-9 * modes.eigenvalues.amax();
-            (0..6).filter(opposed).map(|k| modes.eigenvectors.column(k).into_owned()).collect()
-        }
+    let of_equations = |equations: &dyn Equations| -> Vec<Vector6<f64>> {
+        let mut c = vec![0.0; constraint.residuals.len()];
+        let mut of_stations = vec![Vector::zeros(); 2 * m * constraint.of_stations];
+        let mut of_span = vec![Vector::zeros(); constraint.residuals.len() - constraint.of_stations];
+        equations.jacobian(&at, &mut c, &mut of_stations, &mut of_span);
+        let per_node = of_span.len() / n.max(1);
+        let stations = of_stations.chunks_exact(2 * m.max(1)).map(of_all);
+        let nodes = of_span.iter().enumerate().map(|(r, g)| of_point(&span[r / per_node], g));
+        let all = stations.chain(nodes).zip(&constraint.residuals);
+        // An inequality opposes motion to one side only.
+        all.filter(|(_, residual)| residual.relation == Relation::Zero).map(|(row, _)| row).collect()
     };
-    rows.into_iter().filter_map(|row| row.try_normalize(1e-9)).collect()
+    let of_potential = |potential: &dyn Potential| -> Vec<Vector6<f64>> {
+        let (mut table, mut nodes) = (vec![Matrix::zeros(); 4 * m * m], vec![Matrix::zeros(); n]);
+        potential.hessian(&at, &mut table, &mut nodes);
+        // Columns of the stiffness against rigid motions, one motion after the other.
+        let column = |k: usize| -> Vector6<f64> {
+            let motion = Vector6::ith(k, 1.0);
+            let (t, w) = (motion.fixed_rows::<3>(0).into_owned(), motion.fixed_rows::<3>(3).into_owned());
+            let moved = |x: &Vector| size * (t + w.cross(&((x - centre) / size)));
+            let motions: Vec<Vector> = stations
+                .iter()
+                .flat_map(|pose| [moved(&pose.position), pose.orientation.inverse_transform_vector(&w)])
+                .collect();
+            let forces: Vec<Vector> = table
+                .chunks_exact(2 * m.max(1))
+                .map(|row| row.iter().zip(&motions).map(|(block, motion)| block * motion).sum())
+                .collect();
+            of_all(&forces) + span.iter().zip(&nodes).map(|(x, h)| of_point(x, &(h * moved(x)))).sum::<Vector6<f64>>()
+        };
+        let stiffness = Matrix6::from_fn(|i, k| column(k)[i]);
+        if !stiffness.iter().all(|x| x.is_finite()) {
+            return vec![];
+        }
+        let modes = SymmetricEigen::new((stiffness + stiffness.transpose()) * 0.5);
+        let opposed = |k: &usize| modes.eigenvalues[*k] > 1e-9 * modes.eigenvalues.amax();
+        (0..6).filter(opposed).map(|k| modes.eigenvectors.column(k).into_owned()).collect()
+    };
+    let action = constraint.model.action();
+    let rows = action.equations().map_or_else(Vec::new, of_equations).into_iter();
+    let rows = rows.chain(action.potential().map_or_else(Vec::new, of_potential));
+    rows.filter_map(|row| row.try_normalize(1e-9)).collect()
 }
 
 /// Directions in which a stiffness matrix opposes motion.

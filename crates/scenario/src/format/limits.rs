@@ -56,6 +56,8 @@ pub(super) const DIAMETER: Bound = Bound { maximum: 1e3, ..POSITIVE };
 pub(super) const SPAN_LENGTH: Bound = Bound { maximum: 1e5, ..POSITIVE };
 /// Stiffness beyond a yield point relative to that before it: 0 and 1 are other laws.
 pub(super) const HARDENING: Bound = within(1e-3, 0.999);
+/// Stiffness before slip relative to that after it: with 1 nothing slips.
+pub(super) const STIFF_RATIO: Bound = within(1.001, 1e6);
 /// Coefficients of friction: beyond this nothing slips.
 pub(super) const FRICTION_COEFFICIENT: Bound = within(0.0, 1e3);
 /// Drag coefficients: those of bluff bodies are about 1.

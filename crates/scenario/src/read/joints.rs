@@ -3,7 +3,7 @@
 use super::entry::Entry;
 use super::kinds;
 use super::names::{Names, lookup, register};
-use super::sections::friction;
+use super::sections::arm_friction;
 use crate::fault::listed;
 use crate::scenario::{Arm, Joint};
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ fn branch_name<'a>(names: &Names<'a>, branch: usize) -> &'a str {
 
 /// What holds an arm to its hub, or all arms of a joint; `other` has what is not given.
 fn spring(entry: &Entry<'_>, other: &ArmSpring) -> ArmSpring {
-    let own_friction = entry.entry("friction").map(|own| friction(&own, "N m/rad"));
+    let own_friction = entry.entry("friction").map(|own| arm_friction(&own));
     ArmSpring {
         bending: entry.one_or_two("bending_stiffness").or(other.bending),
         torsion: entry.number("torsion_stiffness").or(other.torsion),

@@ -5,8 +5,9 @@ use super::names::{Names, register};
 use super::places::{attachment, stretch};
 use crate::attachment::{At, Stretch};
 use crate::scenario::Load;
+use std::sync::Arc;
 use wireloom_core::Vector;
-use wireloom_core::load::{Flow, LineForce, LoadAction};
+use wireloom_core::load::{Dead, DeadLine, Flow, Follower, FollowerLine, LineLoad, LoadAction, PointLoad};
 
 /// Density of air at 20 °C, kg/m³.
 const AIR: f64 = 1.2;
@@ -26,7 +27,7 @@ pub(crate) fn load<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Load>
     let (at_place, along) = (at_place(entry, follows, names), along(entry, follows, names));
     let action = if entry.has("span") { along } else { at_place };
     names.broken |= name.is_none() || action.is_none();
-    let nowhere = || LoadAction::Along { spans: Vec::new(), force: LineForce::Dead(Vector::zeros()) };
+    let nowhere = || LoadAction::Along { spans: Vec::new(), load: Arc::new(DeadLine(Vector::zeros())) };
     let action = action.unwrap_or_else(nowhere);
     Some(Load { name: name?.to_owned(), action, factor, spans: entry.spans() })
 }
@@ -40,7 +41,9 @@ fn at_place(entry: &Entry<'_>, follows: bool, names: &Names<'_>) -> Option<LoadA
         let message = format!("{} has neither `force` nor `moment`", entry.label);
         entry.fault_here(message, "give one of them, such as force = [0, 0, -2] in N");
     }
-    place.map(|place| LoadAction::At { place, force, moment, follows })
+    let load: Arc<dyn PointLoad> =
+        if follows { Arc::new(Follower { force, moment }) } else { Arc::new(Dead { force, moment }) };
+    place.map(|place| LoadAction::At { place, load })
 }
 
 /// Force per length or flow along parts of branches.
@@ -67,12 +70,12 @@ fn along(entry: &Entry<'_>, follows: bool, names: &Names<'_>) -> Option<LoadActi
         }
         _ => {}
     }
-    let force = match (force, flow) {
-        (Some(force), _) if follows => LineForce::Follower(force),
-        (Some(force), _) => LineForce::Dead(force),
-        (None, flow) => LineForce::Flow(flow??),
+    let load: Arc<dyn LineLoad> = match (force, flow) {
+        (Some(force), _) if follows => Arc::new(FollowerLine(force)),
+        (Some(force), _) => Arc::new(DeadLine(force)),
+        (None, flow) => Arc::new(flow??),
     };
-    (spans.len() == given.len()).then_some(LoadAction::Along { spans, force })
+    (spans.len() == given.len()).then_some(LoadAction::Along { spans, load })
 }
 
 fn read_flow(entry: &Entry<'_>) -> Option<Flow> {

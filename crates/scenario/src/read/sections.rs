@@ -30,6 +30,9 @@ const CURVES: [(&str, &str); 2] = [("axial_curve", "axial_stiffness"), ("bending
 /// cable are not determined: nothing but this holds them apart.
 const LEAST_COMPRESSION: f64 = 1e-4;
 
+/// Keys of the friction of a section that let it slip in bending.
+const SLIPPING: [&str; 3] = ["bending", "slip_moment", "stiff_ratio"];
+
 /// Largest number of elements of friction or creep in bending, and in torsion.
 const MOST_ELEMENTS: usize = 8;
 
@@ -43,7 +46,9 @@ pub(crate) fn section<'a>(
     let index = names.sections.len();
     names.sections.insert(name, index);
     names.identify(entry, Identified::Section, Some(name));
-    let by_rule = by_rule(index, entry, library);
+    let friction_entry = entry.entry("friction");
+    let slips = |own: &Entry<'_>| SLIPPING.iter().any(|key| own.has(key));
+    let by_rule = by_rule(index, entry, library, friction_entry.as_ref().is_some_and(slips));
     let bundle = by_rule.as_ref().map(|by_rule| &by_rule.bundle);
     let or_rule = |measured: Option<f64>, rule: fn(&Bundle) -> f64| measured.or(bundle.map(rule)).unwrap_or(1.0);
     for (curve, stiffness) in CURVES {
@@ -77,7 +82,7 @@ pub(crate) fn section<'a>(
         max_torsion: entry.number("max_torsion"),
         thermal_expansion: entry.number("thermal_expansion").unwrap_or(0.0),
         thermal_curvature: entry.vector("thermal_curvature").unwrap_or_default(),
-        friction: entry.entry("friction").map(|entry| friction(&entry, "N m^2")).unwrap_or_default(),
+        friction: SectionFriction::default(),
         set: None,
         laws: SectionLaws {
             bending: bending_curve,
@@ -87,8 +92,31 @@ pub(crate) fn section<'a>(
         },
     };
     let [set, torsion_set] = entry.entry("set").map(|entry| set(&entry, &section)).unwrap_or_default();
-    let section = Section { set, laws: SectionLaws { torsion_set, ..section.laws }, ..section };
+    let friction = friction_entry.as_ref().map(|own| section_friction(own, &section)).unwrap_or_default();
+    let section = Section { friction, set, laws: SectionLaws { torsion_set, ..section.laws }, ..section };
+    if let (Some(own), Some(by_rule)) = (&friction_entry, &by_rule) {
+        refuse_beyond_bonded(own, &section, by_rule.bundle.bending.bonded);
+    }
     (section, by_rule)
+}
+
+/// Refuses friction with which wires that stick on each other are stiffer than bonded ones.
+fn refuse_beyond_bonded(friction: &Entry<'_>, section: &Section, bonded: f64) {
+    let [slipping, _] = section.bending_stiffness;
+    let sticking = slipping + section.friction.diagonal().x;
+    let Some(key) = SLIPPING.iter().rfind(|key| friction.has(key)).filter(|_| slipping < bonded) else { return };
+    if sticking > bonded {
+        let message = format!(
+            "{} makes it {sticking:.2e} N m² stiff while its wires stick, and bonded to each other they have \
+             {bonded:.2e} N m²",
+            friction.label
+        );
+        let help = format!(
+            "once they slip it has {slipping:.2e} N m²: `stiff_ratio` is at most {:.1}, and measured ones are 3 to 10",
+            bonded / slipping
+        );
+        friction.fault_at(key, message, help);
+    }
 }
 
 /// Moment over curvature.
@@ -161,32 +189,66 @@ fn axial_law(entry: &Entry<'_>, points: Option<&[[f64; 2]]>, tension: Option<f64
     }
 }
 
+/// Elements of a list, each read by `element`.
+fn list<T>(entry: &Entry<'_>, key: &str, element: impl Fn(&Entry<'_>) -> Option<T>) -> Vec<Option<T>> {
+    let all = entry.entries(key);
+    if all.len() > MOST_ELEMENTS {
+        let message = format!("{} has {} elements in `{key}`", entry.label, all.len());
+        entry.fault_at(key, message, format!("give {MOST_ELEMENTS} at most: a few follow any measured curve"));
+    }
+    all.iter().map(&element).collect()
+}
+
 /// Elements in bending and in torsion, each read by `element`, in an entry that must have some.
 fn elements<T>(entry: &Entry<'_>, element: impl Fn(&Entry<'_>) -> Option<T>, example: &str) -> [Vec<T>; 2] {
-    let read = |key: &str| -> Vec<Option<T>> {
-        let all = entry.entries(key);
-        if all.len() > MOST_ELEMENTS {
-            let message = format!("{} has {} elements in `{key}`", entry.label, all.len());
-            entry.fault_at(key, message, format!("give {MOST_ELEMENTS} at most: a few follow any measured curve"));
-        }
-        all.iter().map(&element).collect()
-    };
-    let both = ["bending", "torsion"].map(read);
+    let both = ["bending", "torsion"].map(|key| list(entry, key, &element));
     if both.iter().all(Vec::is_empty) {
-        entry.fault_here(format!("{} has no elements", entry.label), format!("write such as bending = [{example}]"));
+        entry.fault_here(format!("{} has no elements", entry.label), format!("write such as {example}"));
     }
     both.map(|all| all.into_iter().flatten().collect())
 }
 
-/// Friction within a section, or between an arm and its hub; `unit`: that of stiffnesses.
-pub(super) fn friction(entry: &Entry<'_>, unit: &str) -> SectionFriction {
-    let element = |one: &Entry<'_>| {
-        let (stiffness, moment) = (one.number("stiffness"), one.number("moment"));
-        Some(FrictionElement { stiffness: stiffness?, moment: moment? })
-    };
-    let example = format!("{{ stiffness = \"0.02 {unit}\", moment = \"0.05 N m\" }}");
-    let [bending, torsion] = elements(entry, element, &example);
+/// Element of friction.
+fn friction_element(entry: &Entry<'_>) -> Option<FrictionElement> {
+    let (stiffness, moment) = (entry.number("stiffness"), entry.number("moment"));
+    Some(FrictionElement { stiffness: stiffness?, moment: moment? })
+}
+
+/// Friction between an arm and its hub.
+pub(super) fn arm_friction(entry: &Entry<'_>) -> SectionFriction {
+    let example = "bending = [{ stiffness = \"0.02 N m/rad\", moment = \"0.05 N m\" }]";
+    let [bending, torsion] = elements(entry, friction_element, example);
     SectionFriction { bending, torsion }
+}
+
+/// Friction within a section: elements, or in bending the moment at which it slips, and how much stiffer it is before.
+fn section_friction(entry: &Entry<'_>, section: &Section) -> SectionFriction {
+    let given = ["slip_moment", "stiff_ratio"].map(|key| entry.has(key));
+    let [slip, ratio] = [entry.number("slip_moment"), entry.number("stiff_ratio")];
+    if given == [false; 2] {
+        let example = "slip_moment = \"0.05 N m\", stiff_ratio = 3";
+        let [bending, torsion] = elements(entry, friction_element, example);
+        return SectionFriction { bending, torsion };
+    }
+    let torsion = list(entry, "torsion", friction_element).into_iter().flatten().collect();
+    let refuse = |key: &str, message: &str, help: &str| {
+        entry.fault_at(key, format!("{} {message}", entry.label), help);
+    };
+    let [one, other] = section.bending_stiffness;
+    if given == [true, false] {
+        refuse("slip_moment", "has `slip_moment` but no `stiff_ratio`", "add the ratio, such as stiff_ratio = 3");
+    } else if given == [true; 2] && entry.has("bending") {
+        let help = "give `bending`, or `slip_moment` with `stiff_ratio`: these stand for one element";
+        refuse("slip_moment", "has both `slip_moment` and `bending`", help);
+    } else if section.laws.bending.is_some() {
+        let help = "give `bending_stiffness` in place of the curve, or elements in `bending` here";
+        refuse("stiff_ratio", "has a ratio to the bending stiffness, but there is a `bending_curve`", help);
+    } else if one != other {
+        let help = "give one bending_stiffness, or elements in `bending` here";
+        refuse("stiff_ratio", "has one ratio, but there are two bending stiffnesses", help);
+    }
+    let element = slip.zip(ratio).map(|(slip, ratio)| FrictionElement::slipping_at(slip, ratio, one));
+    SectionFriction { bending: element.into_iter().collect(), torsion }
 }
 
 /// Creep within a section.
@@ -195,7 +257,7 @@ fn creep(entry: &Entry<'_>) -> SectionCreep {
         let (stiffness, time) = (one.number("stiffness"), one.number("time"));
         Some(CreepElement { stiffness: stiffness?, time: time? })
     };
-    let [bending, torsion] = elements(entry, element, "{ stiffness = \"0.01 N m^2\", time = \"30 min\" }");
+    let [bending, torsion] = elements(entry, element, "bending = [{ stiffness = \"0.01 N m^2\", time = \"30 min\" }]");
     SectionCreep { bending, torsion }
 }
 
@@ -229,14 +291,18 @@ fn set(entry: &Entry<'_>, section: &Section) -> [Option<FrictionElement>; 2] {
     [bending, torsion]
 }
 
-/// Values of a section by the rule; `None` if it has no wires, or some of them are faulty.
-fn by_rule(section: usize, entry: &Entry<'_>, library: &Library) -> Option<ByRule> {
+/// Values of a section by the rule; `None` if it has no wires, or some of them are faulty. `slips`: what sticks in
+/// bending is given by its friction, so it is not counted as cohesion too.
+fn by_rule(section: usize, entry: &Entry<'_>, library: &Library, slips: bool) -> Option<ByRule> {
     let (wires, coverings) = (wires(entry, library), coverings(entry, library));
     let (packing, cohesion) = (entry.number("packing"), entry.number("cohesion"));
     let (wires, coverings) = (wires?, coverings?);
     let contents: Vec<Wires<'_>> = wires.iter().map(|(wire, count)| Wires { wire, count: *count }).collect();
     let covered: Vec<Covered<'_>> = coverings.iter().map(|(_, covered)| *covered).collect();
-    let bundle = Bundle::new(&contents, &covered, packing, cohesion);
+    let mut bundle = Bundle::new(&contents, &covered, packing, cohesion);
+    if slips && !entry.has("cohesion") {
+        bundle.bending = Bundle::new(&contents, &covered, packing, Some(0.0)).bending;
+    }
     let values = [
         ("diameter", bundle.diameter),
         ("linear_density", bundle.linear_density),

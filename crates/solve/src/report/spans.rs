@@ -255,7 +255,7 @@ fn acted_on(problem: &Problem<'_>) -> (Vec<bool>, Vec<bool>) {
         let marked = match constraint.model.action() {
             Action::Prescribed(hold) if hold.position && hold.rails.is_empty() => &mut held,
             Action::Prescribed(hold) if hold.position => &mut supported,
-            Action::Equations(_) => &mut supported,
+            Action::Equations(_) | Action::PotentialAndEquations(..) => &mut supported,
             _ => continue,
         };
         for (place, site) in constraint.places.iter().zip(&constraint.stations) {

@@ -88,7 +88,7 @@ fn turns_along(constraint: &AttachedConstraint) -> bool {
     match constraint.model.action() {
         Action::Prescribed(hold) => !matches!(hold.rotation, RotationHold::Free | RotationHold::Tangent),
         Action::Potential(_) => constraint.model.law().is_none_or(|law| matches!(law.turning, TurningLaw::Frame(_))),
-        Action::Equations(_) => true,
+        Action::Equations(_) | Action::PotentialAndEquations(..) => true,
     }
 }
 

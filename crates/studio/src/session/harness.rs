@@ -12,7 +12,7 @@ pub(super) fn tightens_in_first_step(network: &Network) -> bool {
             constraint.model.target(&base, 0.0) != constraint.model.target(&base, 1.0)
         }
         // Only the constraint itself knows how it depends on the progress.
-        Action::Potential(_) | Action::Equations(_) => true,
+        _ => true,
     };
     network.constraints.iter().any(|constraint| constraint.from_start && changes(constraint))
 }

@@ -38,7 +38,7 @@ const DIFFERENCES: f64 = 1e-8;
 
 fn potential(constraint: &dyn Constraint) -> &dyn Potential {
     match constraint.action() {
-        Action::Potential(potential) => potential,
+        Action::Potential(potential) | Action::PotentialAndEquations(potential, _) => potential,
         Action::Prescribed(hold) => panic!("prescribes {hold:?} instead of pulling"),
         Action::Equations(_) => panic!("sets equations instead of pulling"),
     }
@@ -48,13 +48,13 @@ fn hold(constraint: &dyn Constraint) -> &Hold {
     match constraint.action() {
         Action::Prescribed(hold) => hold,
         Action::Potential(_) => panic!("pulls instead of prescribing"),
-        Action::Equations(_) => panic!("sets equations instead of prescribing"),
+        Action::Equations(_) | Action::PotentialAndEquations(..) => panic!("sets equations instead of prescribing"),
     }
 }
 
 fn equations(constraint: &dyn Constraint) -> &dyn Equations {
     match constraint.action() {
-        Action::Equations(equations) => equations,
+        Action::Equations(equations) | Action::PotentialAndEquations(_, equations) => equations,
         Action::Prescribed(hold) => panic!("prescribes {hold:?} instead of setting equations"),
         Action::Potential(_) => panic!("pulls instead of setting equations"),
     }
@@ -377,17 +377,17 @@ pub fn without_need_of_a_frame_there_is_no_moment(subject: &Subject<'_>) {
     }
     let of_frames = |scene: &Scene, i: usize| i < 6 * scene.stations.len() && i % 6 >= 3;
     for scene in scenes(subject, constraint.as_ref()) {
-        let rows = match constraint.action() {
-            Action::Prescribed(_) => return,
-            Action::Potential(potential) => {
-                let mut rows = hessian(potential, &scene).insert_row(0, 0.0);
-                rows.row_mut(0).copy_from(&gradient(potential, &scene).0.transpose());
-                rows
-            }
-            Action::Equations(equations) => jacobian(equations, &scene).0,
+        let of_potential = |potential: &dyn Potential| {
+            let mut rows = hessian(potential, &scene).insert_row(0, 0.0);
+            rows.row_mut(0).copy_from(&gradient(potential, &scene).0.transpose());
+            rows
         };
-        for i in (0..scene.freedoms()).filter(|i| of_frames(&scene, *i)) {
-            assert_eq!(rows.column(i).amax(), 0.0, "derivatives in rotations");
+        let action = constraint.action();
+        let of_equations = action.equations().map(|equations| jacobian(equations, &scene).0);
+        for rows in action.potential().map(of_potential).into_iter().chain(of_equations) {
+            for i in (0..scene.freedoms()).filter(|i| of_frames(&scene, *i)) {
+                assert_eq!(rows.column(i).amax(), 0.0, "derivatives in rotations");
+            }
         }
     }
 }
@@ -410,17 +410,15 @@ pub fn non_finite_input_gives_non_finite_output(subject: &Subject<'_>) {
 pub fn same_input_gives_same_bits(subject: &Subject<'_>) {
     let (one, other) = (subject.make(), subject.make());
     let bits = |constraint: &dyn Constraint, scene: &Scene| -> Vec<u64> {
-        let numbers: Vec<f64> = match constraint.action() {
-            Action::Prescribed(_) => vec![],
-            Action::Potential(potential) => {
-                let (g, energy) = gradient(potential, scene);
-                g.iter().chain(hessian(potential, scene).iter()).copied().chain([energy]).collect()
-            }
-            Action::Equations(equations) => {
-                let (j, c) = jacobian(equations, scene);
-                j.iter().chain(residuals(equations, scene).iter()).chain(c.iter()).copied().collect()
-            }
-        };
+        let (action, mut numbers) = (constraint.action(), vec![]);
+        if let Some(potential) = action.potential() {
+            let (g, energy) = gradient(potential, scene);
+            numbers.extend(g.iter().chain(hessian(potential, scene).iter()).copied().chain([energy]));
+        }
+        if let Some(equations) = action.equations() {
+            let (j, c) = jacobian(equations, scene);
+            numbers.extend(j.iter().chain(residuals(equations, scene).iter()).chain(c.iter()).copied());
+        }
         let target = scene.targets.first().map(|base| constraint.target(base, scene.progress));
         let mut memory = scene.memory.clone();
         constraint.commit(&scene.at(), &mut memory);
@@ -595,6 +593,7 @@ pub fn describes_the_same_hold_every_time(subject: &Subject<'_>) {
 
 crate::constraint_checks! { potential, listed_checks POTENTIAL, }
 crate::constraint_checks! { equations, listed_checks EQUATIONS, }
+crate::constraint_checks! { potential_and_equations, listed_checks POTENTIAL_AND_EQUATIONS, }
 crate::constraint_checks! { prescribed, listed_checks PRESCRIBED, }
 
 /// The checks for the way in which a constraint acts, each with its name.
@@ -603,5 +602,6 @@ pub fn checks(subject: &Subject<'_>) -> &'static [(&'static str, Check)] {
         Action::Prescribed(_) => PRESCRIBED,
         Action::Potential(_) => POTENTIAL,
         Action::Equations(_) => EQUATIONS,
+        Action::PotentialAndEquations(..) => POTENTIAL_AND_EQUATIONS,
     }
 }

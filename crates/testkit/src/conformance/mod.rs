@@ -10,11 +10,14 @@
 pub mod constitutive;
 pub mod constraint;
 pub mod joint;
+mod load;
 pub mod minimiser;
 pub mod networks;
 pub mod numeric;
 pub mod rod;
 pub mod shape;
+
+pub use load::{line_load, point_load};
 
 /// A module `$name` with one test for each named check, called with `$arguments`.
 #[doc(hidden)]
@@ -192,6 +195,16 @@ macro_rules! constraint_checks {
             same_input_gives_same_bits
         }
     };
+    (potential_and_equations, $then:ident $($before:tt)*) => {
+        $crate::constraint_checks! { potential, $then $($before)*
+            sets_equations
+            every_residual_has_a_scale
+            jacobian_is_the_derivative_of_the_residuals
+            curvature_is_the_second_derivative_of_the_residuals_or_nothing
+            moving_everything_together_changes_no_residual
+            the_sign_of_a_quaternion_changes_no_residual
+        }
+    };
     (prescribed, $then:ident $($before:tt)*) => {
         $crate::$then! { $($before)*
             prescribes_freedoms
@@ -246,6 +259,17 @@ macro_rules! equations_conformance {
     };
 }
 
+/// Holds a constraint that is a potential and sets equations against both contracts:
+/// `potential_and_equations_conformance!(name, factory, stations, nodes)`; see [`potential_conformance`].
+#[macro_export]
+macro_rules! potential_and_equations_conformance {
+    ($name:ident, $factory:expr, $stations:expr, $nodes:expr) => {
+        $crate::constraint_checks! { potential_and_equations, conformance_suite $name, constraint,
+            ($crate::conformance::constraint::Subject::new($factory, $stations, $nodes)),
+        }
+    };
+}
+
 /// Holds a constraint that prescribes freedoms against the contract of [`wireloom_core::Constraint`]:
 /// `constraint_conformance!(name, factory)` with `factory: Fn() -> Box<dyn Constraint>`.
 #[macro_export]
@@ -253,6 +277,42 @@ macro_rules! constraint_conformance {
     ($name:ident, $factory:expr) => {
         $crate::constraint_checks! { prescribed, conformance_suite $name, constraint,
             ($crate::conformance::constraint::Subject::new($factory, 1, 0)),
+        }
+    };
+}
+
+/// Holds a load at a place against the contract of [`wireloom_core::load::PointLoad`]:
+/// `point_load_conformance!(name, factory)` with `factory: Fn(&Rotation) -> Box<dyn PointLoad>`, which makes it in a
+/// world that is turned by the rotation: directions of the world are turned by it, those of the cable's frame are as
+/// they are.
+#[macro_export]
+macro_rules! point_load_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::load_checks! { conformance_suite $name, point_load, ($factory), }
+    };
+}
+
+/// Holds a load along a cable against the contract of [`wireloom_core::load::LineLoad`]:
+/// `line_load_conformance!(name, factory)` with `factory: Fn(&Rotation) -> Box<dyn LineLoad>`; see
+/// [`point_load_conformance`].
+#[macro_export]
+macro_rules! line_load_conformance {
+    ($name:ident, $factory:expr) => {
+        $crate::load_checks! { conformance_suite $name, line_load, ($factory), }
+    };
+}
+
+/// The checks of loads, handed to another macro behind what it is to have first.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! load_checks {
+    ($then:ident $($before:tt)*) => {
+        $crate::$then! { $($before)*
+            derivative_is_that_of_force_and_moment
+            turning_world_and_cable_turns_what_it_exerts
+            with_a_potential_it_exerts_its_dead_force_alone
+            it_is_never_larger_than_it_says
+            it_depends_on_the_frame_alone
         }
     };
 }

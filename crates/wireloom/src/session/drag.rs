@@ -38,7 +38,7 @@ pub fn turning(constraint: &AttachedConstraint) -> Option<Turning> {
             RotationHold::Tangent => Some(Turning::Tangent),
             RotationHold::Free | RotationHold::Twist | RotationHold::Hinge(_) => None,
         },
-        Action::Potential(_) | Action::Equations(_) => None,
+        _ => None,
     }
 }
 

@@ -69,6 +69,7 @@ fn acts(constraint: &dyn Constraint) -> &'static str {
         Action::Prescribed(_) => "ok: prescribes",
         Action::Potential(_) => "ok: a potential",
         Action::Equations(_) => "ok: equations",
+        Action::PotentialAndEquations(..) => "ok: a potential and equations",
     }
 }
 
@@ -110,31 +111,32 @@ fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) 
     let mut remembered = memory.clone();
     constraint.commit(&at, &mut remembered);
     let mut numbers = remembered;
-    let mut blocks = vec![Matrix::zeros(); 4 * stations * stations];
-    let mut of_span = vec![Matrix::zeros(); nodes];
-    match constraint.action() {
-        Action::Prescribed(_) => {}
-        Action::Potential(potential) => {
-            let mut gradient = vec![Vector::zeros(); 2 * stations];
-            let mut along = vec![Vector::zeros(); nodes];
-            numbers.push(potential.energy(&at));
-            numbers.push(potential.gradient(&at, &mut gradient, &mut along));
-            numbers.extend(gradient.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
-            potential.hessian(&at, &mut blocks, &mut of_span);
-        }
-        Action::Equations(equations) => {
-            let (r, p) = (equations.of_stations().len(), equations.of_each_node().len());
-            let mut c = vec![0.0; r + p * nodes];
-            let mut jacobian = vec![Vector::zeros(); r * 2 * stations];
-            let mut along = vec![Vector::zeros(); p * nodes];
-            equations.residuals(&at, &mut c);
-            equations.jacobian(&at, &mut c, &mut jacobian, &mut along);
-            numbers.extend(jacobian.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
-            equations.curvature(&at, &c, &mut blocks, &mut of_span);
-            numbers.extend(c);
-        }
+    let second = |numbers: &mut Vec<f64>, fill: &dyn Fn(&mut [Matrix], &mut [Matrix])| {
+        let mut blocks = vec![Matrix::zeros(); 4 * stations * stations];
+        let mut of_span = vec![Matrix::zeros(); nodes];
+        fill(&mut blocks, &mut of_span);
+        numbers.extend(blocks.iter().chain(&of_span).flat_map(|block| block.iter().copied().collect::<Vec<_>>()));
+    };
+    let action = constraint.action();
+    if let Some(potential) = action.potential() {
+        let mut gradient = vec![Vector::zeros(); 2 * stations];
+        let mut along = vec![Vector::zeros(); nodes];
+        numbers.push(potential.energy(&at));
+        numbers.push(potential.gradient(&at, &mut gradient, &mut along));
+        numbers.extend(gradient.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
+        second(&mut numbers, &|blocks, of_span| potential.hessian(&at, blocks, of_span));
     }
-    numbers.extend(blocks.iter().chain(&of_span).flat_map(|block| block.iter().copied().collect::<Vec<_>>()));
+    if let Some(equations) = action.equations() {
+        let (r, p) = (equations.of_stations().len(), equations.of_each_node().len());
+        let mut c = vec![0.0; r + p * nodes];
+        let mut jacobian = vec![Vector::zeros(); r * 2 * stations];
+        let mut along = vec![Vector::zeros(); p * nodes];
+        equations.residuals(&at, &mut c);
+        equations.jacobian(&at, &mut c, &mut jacobian, &mut along);
+        numbers.extend(jacobian.iter().chain(&along).flat_map(|v| [v.x, v.y, v.z]));
+        second(&mut numbers, &|blocks, of_span| equations.curvature(&at, &c, blocks, of_span));
+        numbers.extend(c);
+    }
     numbers.iter().map(|x| x.to_bits()).collect()
 }
 

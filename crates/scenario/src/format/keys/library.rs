@@ -4,7 +4,7 @@ use super::constraints::{FRICTION, HOLD, INSERTION_FORCE, MAX_MOMENT, PULL_OUT_F
 use super::identities::{COLOUR, DESCRIPTION, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Key, Keys, may, must, unless, with};
 use crate::format::limits::{
-    ANY, DIAMETER, FRACTION, HARDENING, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION,
+    ANY, DIAMETER, FRACTION, HARDENING, MAX_COUNT, NON_NEGATIVE, POISSON, POSITIVE, POSITIVE_FRACTION, STIFF_RATIO,
 };
 use wireloom_core::Quantity;
 
@@ -28,7 +28,8 @@ pub(crate) const SECTION: Keys = Keys {
             "wires",
             "cohesion",
             Form::Number(Quantity::Dimensionless, FRACTION),
-            "cohesion of wires and coverings, from 0 (they slide) to 1 (bonded); default that of the coverings",
+            "cohesion of wires and coverings, from 0 (they slide) to 1 (bonded); default that of the coverings, and in \
+             bending 0 if `friction` says how they stick",
         ),
         with(
             "wires",
@@ -167,6 +168,18 @@ pub(crate) const CREEP_ELEMENT: Keys = Keys {
 pub(crate) const SECTION_FRICTION: Keys = Keys {
     what: "friction",
     keys: &[
+        may(
+            "slip_moment",
+            Form::Number(Quantity::Moment, POSITIVE),
+            "bending moment at which it slips when it is bent from straight: the kink of a measured moment over \
+             curvature; with stiff_ratio in place of `bending`",
+        ),
+        with(
+            "slip_moment",
+            "stiff_ratio",
+            Form::Number(Quantity::Dimensionless, STIFF_RATIO),
+            "bending stiffness before it slips, over that after, which is bending_stiffness",
+        ),
         may(
             "bending",
             Form::Tables(&FRICTION_ELEMENT),
