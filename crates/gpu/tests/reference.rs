@@ -112,6 +112,7 @@ impl Minimiser for ReferenceMinimiser {
             factorisations: control.factorisations as usize,
             evaluations: control.evaluations as usize,
             residual: control.residual,
+            convex: false,
         }
     }
 

@@ -14,7 +14,7 @@ impl Minimiser for Idle {
         "newton"
     }
     fn minimise(&mut self, _: &mut Problem<'_>, _: &mut State, _: &Stop) -> Report {
-        Report { status: Status::Failed, iterations: 0, polish: 0, factorisations: 0, evaluations: 0, residual: 0.0 }
+        Report { residual: 0.0, ..Report::begun(Status::Failed) }
     }
     fn forget(&mut self) {}
 }
