@@ -16,7 +16,8 @@
 //! The energy is that of a coupling with λ = 1 m, so minimisers, monitors and devices know it. Where a moment M enters
 //! by one arm and leaves by another one, they turn relative to each other by `M/k_a + M/k_b`: springs in series, with
 //! the hub between them. That is for small turns: a spring that has turned by 0.5 rad has 0.2 % less moment, by 1 rad
-//! 3 % less, and none bears more than 1.4 rad times k. For K → ∞ the joint is `rigid-body`, and `fused` where no arm has an offset.
+//! 3 % less, and none bears more than 1.4 rad times k. For K → ∞ the joint is `rigid-body`, and `fused` where no arm
+//! has an offset.
 //!
 //! Where a scenario gives `friction`, what holds the arm slips beyond a moment, and the arm keeps a set: tape that is
 //! wound about a break-out, a boot that is not glued. The slips are what the joint remembers.

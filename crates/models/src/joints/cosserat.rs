@@ -21,8 +21,8 @@
 //! parallel.
 //!
 //! The frames that are coupled are those of stations at the ends of the arms; half a segment, between station and first
-//! segment, is part of the rod like any other. Where all wires of two arms of one stiffness go straight on, the joint is
-//! a plain rod without a station: the segments on its sides are coupled as any two neighbours are
+//! segment, is part of the rod like any other. Where all wires of two arms of one stiffness go straight on, the joint
+//! is a plain rod without a station: the segments on its sides are coupled as any two neighbours are
 //! ([`crate::kernel::BendTwist`], with `λ = ½(ℓ_a + ℓ_b)` and κ° the mean of both), so that it is the same to the last
 //! digit.
 //!

@@ -36,9 +36,9 @@ pub fn prescribed(active: &[bool], from: &[Pose], to: &[Pose]) -> [f64; 2] {
     most
 }
 
-/// Whether a harness that `moved` by this distance (m) in an increment moved out of proportion to the previous increment
-/// (`previous`, m) or, where nothing moved in that, to the prescribed motion (m, rad). `longest` is the length of the
-/// longest branch, m.
+/// Whether a harness that `moved` by this distance (m) in an increment moved out of proportion to the previous
+/// increment (`previous`, m) or, where nothing moved in that, to the prescribed motion (m, rad). `longest` is the
+/// length of the longest branch, m.
 pub fn is_out_of_proportion(moved: f64, previous: f64, prescribed: [f64; 2], longest: f64) -> bool {
     let expected = if previous > 0.0 {
         OUT_OF_PROPORTION * previous
