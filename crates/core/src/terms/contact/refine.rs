@@ -5,11 +5,9 @@ use super::term::ContactTerm;
 use crate::conditions::{ContactPoint, System};
 use crate::{State, Vector};
 
-/// Depth between contact points above which one is added: some parts of the height of the bent cable above its straight
-/// segment, which lies so much deeper than the smooth curve.
-const OF_SAGITTA: f64 = 1.5;
-/// The same as a fraction of the radius, whatever the bend: at least, and at most.
-const BETWEEN: [f64; 2] = [4e-4, 0.02];
+/// Depth between contact points, in radii, above which one is added. Smaller depths are within the error of straight
+/// segments, which cut the corners of the smooth curve.
+const BETWEEN: f64 = 0.02;
 /// Least distance of an added contact point from others, as a fraction of the distance between its neighbours.
 const APART: f64 = 0.1;
 /// Steps of the ternary search for the deepest place between two contact points; each reduces the interval by a third.
@@ -78,8 +76,7 @@ impl ContactTerm {
         let own = |fraction: f64| pose.local(&at(fraction).position(system.network, state));
         let (a, b) = (own(point.fraction), own(next));
         let edge = b - a;
-        let [least, most] = BETWEEN.map(|part| 0.5 * system.network.branches[point.branch].section.diameter * part);
-        let tolerated = radius - (OF_SAGITTA * sagitta(system, state, point)).clamp(least, most);
+        let tolerated = radius - BETWEEN * radius;
         // φ decreases by no more than the distance.
         if cached.is_beyond(&a, tolerated + edge.norm()) {
             return None;
@@ -124,14 +121,4 @@ impl ContactTerm {
         (inside && deepest < tolerated && deepest < at_a.min(at_b))
             .then(|| at(point.fraction + (next - point.fraction) * t))
     }
-}
-
-/// Height of the bent cable above its straight segment, m: κ ℓ²/8, with the larger turn κ ℓ to a neighbour.
-fn sagitta(system: System<'_>, state: &State, point: &ContactPoint) -> f64 {
-    let nodes = system.network.branches[point.branch].points.clone();
-    let own = nodes.start + point.segment;
-    let around = &state.points[own.saturating_sub(1).max(nodes.start)..(own + 3).min(nodes.end)];
-    let edges: Vec<Vector> = around.windows(2).map(|ends| ends[1] - ends[0]).collect();
-    let turn = edges.windows(2).map(|pair| pair[0].angle(&pair[1])).fold(0.0, f64::max);
-    turn * state.rest_lengths[own] / 8.0
 }

@@ -372,12 +372,12 @@ fn a_temperature_of_a_deleted_branch_goes_with_it() {
 #[test]
 fn an_obstacle_is_moved_in_the_units_of_its_entry_and_turned_instead_of_its_directions() {
     let post = "\n[[obstacles]]\nname = \"post\"\nshape = \"cylinder\"\nradius = \"30 mm\"\nlength = 1\n\
-                position = [\"100 mm\", 0.2, \"1 in\"] # measured\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n";
+                position = [\"100 mm\", 0.2, \"1 cm\"] # measured\ntangent = [1, 0, 0]\nup = [0, 0, 1]\n";
     let text = format!("{TEXT}{post}");
-    let moved = with_pose(&text, "post", Some(&Vector::new(0.15, 0.25, 0.0508)), None).expect("an obstacle");
+    let moved = with_pose(&text, "post", Some(&Vector::new(0.15, 0.25, 0.02)), None).expect("an obstacle");
     assert_eq!(
         difference(&text, &moved),
-        ["-position = [\"100 mm\", 0.2, \"1 in\"] # measured", "+position = [\"150 mm\", 0.25, \"2 in\"] # measured"]
+        ["-position = [\"100 mm\", 0.2, \"1 cm\"] # measured", "+position = [\"150 mm\", 0.25, \"2 cm\"] # measured"]
     );
     let turn = Rotation::from_euler_angles(0.0, 0.0, -std::f64::consts::FRAC_PI_2);
     let turned = with_pose(&text, "post", None, Some(&turn)).expect("an obstacle");
