@@ -366,7 +366,8 @@ fn sphere(radius: f64, position: [f64; 3], min_clearance: f64) -> String {
 }
 
 /// Where a sphere and a cable pass each other, their least distance is known: that of the centre line from the way of
-/// the middle. Whatever moves, how long the segments and how few the increments are, it is found.
+/// the middle. Whatever moves, how long the segments and how few the increments are, it is found; a body that passed
+/// was found to be up to 2 % of the radius farther off.
 #[test]
 fn nothing_passes_a_clearance_between_increments() {
     let radius = 0.003;
@@ -403,7 +404,7 @@ fn nothing_passes_a_clearance_between_increments() {
             };
             let (kept, value) = verdict(0.9 * least);
             assert_eq!(kept, Verdict::Pass, "{name}, {increments} increments: {value:?}, least {least}");
-            let (broken, value) = verdict(1.2 * least);
+            let (broken, value) = verdict(1.01 * least);
             assert_eq!(broken, Verdict::Fail, "{name}, {increments} increments: {value:?}, least {least}");
         }
     }

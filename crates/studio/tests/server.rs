@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{MemoryBackend, Served, TEXT};
+use common::{MemoryBackend, Served, TEXT, Tab};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
@@ -137,12 +137,8 @@ fn tabs_see_the_same_and_a_closed_one_frees_what_it_held() {
     assert!(served.server.stop(), "nothing is left");
 }
 
-#[test]
-fn pages_are_told_of_the_end_and_the_draft_is_kept() {
-    let backend = MemoryBackend::default();
-    let served = Served::new(backend.clone());
-    let (mut tab, mut other) = (served.tab(), served.tab());
-    tab.rest();
+/// Drags a plug, and waits until the text has it.
+fn drag(tab: &mut Tab) {
     tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
     tab.ask(&Request::Drop { constraint: "plug-B".into() });
     tab.until(|notice| match notice {
@@ -150,6 +146,15 @@ fn pages_are_told_of_the_end_and_the_draft_is_kept() {
         Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => Some(()),
         _ => None,
     });
+}
+
+#[test]
+fn pages_are_told_of_the_end_and_the_draft_is_kept() {
+    let backend = MemoryBackend::default();
+    let served = Served::new(backend.clone());
+    let (mut tab, mut other) = (served.tab(), served.tab());
+    tab.rest();
+    drag(&mut tab);
     // A client that never sends and does not read.
     let _mute = TcpStream::connect(served.address).expect("it listens");
     assert!(served.server.stop(), "nothing is left");
@@ -200,12 +205,7 @@ fn a_session_keeps_its_draft_beside_those_that_nobody_has_answered() {
     let served = Served::new(backend.clone());
     let mut tab = served.tab();
     tab.rest();
-    tab.ask(&Request::Target { constraint: "plug-B".into(), position: Some([0.62, 0.0, 0.0]), orientation: None });
-    tab.ask(&Request::Drop { constraint: "plug-B".into() });
-    tab.until(|notice| match notice {
-        Notice::Session(session) if session.unsaved && session.busy.is_none() && session.held.is_empty() => Some(()),
-        _ => None,
-    });
+    drag(&mut tab);
     // It replaces no changes.
     tab.ask(&Request::Draft { number: 0, take: true });
     let why = tab.until(|notice| if let Notice::Refused { message, .. } = notice { Some(message) } else { None });

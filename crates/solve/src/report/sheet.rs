@@ -156,27 +156,15 @@ impl Sheet {
         self.lines.iter().zip(requirements).map(parts).fold(1.0, f64::max) as usize
     }
 
-    /// Whether an entry of `[[requirements]]` counts in a step and has been kept so far.
-    pub fn is_at_stake(&self, requirements: &[Requirement], step: usize) -> bool {
-        requirements.iter().enumerate().any(|(k, own)| {
-            own.origin == Origin::Scenario
-                && own.steps.as_ref().is_none_or(|steps| steps.contains(&step))
-                && self.lines.get(k).is_none_or(|line| !line.has_failed())
-        })
-    }
-
-    /// The clearances that count in a step and have been kept so far.
-    pub fn kept_clearances<'r>(
+    /// The requirements that count in a step and have been kept so far.
+    pub fn kept<'r>(
         &self,
         requirements: &'r [Requirement],
         step: usize,
     ) -> impl Iterator<Item = &'r Requirement> + use<'r, '_> {
-        let in_step = move |steps: &Vec<usize>| steps.contains(&step);
+        let counts = move |own: &Requirement| own.steps.as_ref().is_none_or(|steps| steps.contains(&step));
         let kept = |k: usize| self.lines.get(k).is_none_or(|line| !line.has_failed());
-        let clearance = move |(_, own): &(usize, &Requirement)| {
-            own.measure == Measure::Clearance && own.steps.as_ref().is_none_or(in_step)
-        };
-        requirements.iter().enumerate().filter(clearance).filter(move |(k, _)| kept(*k)).map(|(_, own)| own)
+        requirements.iter().enumerate().filter(move |(k, own)| counts(own) && kept(*k)).map(|(_, own)| own)
     }
 
     /// The lines of the sheet, at the end of a run with this status.

@@ -15,6 +15,7 @@ use wireloom_core::conditions::{Conditions, Sliding};
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
+use wireloom_core::requirement::{Measure, Origin, Requirement};
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 use wireloom_core::{EventKind, EventPlace, Moment, Problem};
@@ -186,27 +187,22 @@ impl Driver<'_, '_> {
     /// Logs a jump in the increment that has ended in balance. One that moved far is looked into if that is out of
     /// proportion, or, where a requirement is at stake, if the energy was not convex on the way and the speeds at both
     /// ends do not explain it.
-    fn log_jump(
-        &mut self,
-        plan: &Plan,
-        fractions: [f64; 2],
-        (before, time_errors): (&Conditions, &[TimeError]),
-        snapped: bool,
-    ) {
+    fn log_jump(&mut self, plan: &Plan, fractions: [f64; 2], beginning: (&Conditions, &[TimeError]), snapped: bool) {
         let (moved, length) = result::farthest_branch(self.problem.network, &self.began, &self.state);
         let conditions = self.problem.conditions();
+        let before = beginning.0;
         let given = events::prescribed(&conditions.active, &before.targets, &conditions.targets);
         let longest = self.problem.scales().length;
-        let beginning = self.before_increment(before, time_errors);
         // A cable that ran out of a constraint has an event of its own.
         let previous =
             self.previous_move.filter(|_| conditions.active == before.active && moved > events::FAR * length);
         let may_have_jumped = previous.is_some_and(|previous| {
             let (requirements, step) = (&self.problem.network.requirements, self.log.now().step_index);
+            let is_asked = |own: &Requirement| own.origin == Origin::Scenario;
             events::is_out_of_proportion(moved, previous, given, longest)
                 || !self.convex
-                    && self.log.sheet.is_at_stake(requirements, step)
-                    && !self.is_as_fast_as_at_its_ends(plan, fractions, &beginning)
+                    && self.log.sheet.kept(requirements, step).any(is_asked)
+                    && !self.speeds_explain_move(plan, fractions, beginning)
         });
         let jump = if may_have_jumped || snapped { self.find_jump(plan, fractions, beginning) } else { None };
         match jump.or_else(|| snapped.then(|| events::jump_unseen(moved))) {
@@ -424,8 +420,8 @@ impl Driver<'_, '_> {
         let sheet = &self.log.sheet;
         !self.starting
             && sheet
-                .kept_clearances(&network.requirements, self.log.now().step_index)
-                .any(|requirement| passage.may_break(requirement))
+                .kept(&network.requirements, self.log.now().step_index)
+                .any(|own| own.measure == Measure::Clearance && passage.may_break(own))
     }
 
     /// Solves under the present conditions a part that began under others. Constraints that slipped then are assumed to

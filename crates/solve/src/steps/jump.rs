@@ -7,7 +7,7 @@
 //! ways (Thompson & Hunt 1973, A General Theory of Elastic Stability).
 //!
 //! Where a path is smooth, the mean of its speeds at both ends of an increment explains most of the move in it: that is
-//! tried first, as it costs little ([`Driver::is_as_fast_as_at_its_ends`]).
+//! tried first, as it costs little ([`Driver::speeds_explain_move`]).
 //!
 //! Before a jump forces and bends change the faster the nearer it is: the requirements are checked at the last
 //! equilibrium before it, too.
@@ -37,7 +37,7 @@ const NOT_EXPLAINED: f64 = 0.5;
 impl Driver<'_, '_> {
     /// Checkpoint at the beginning of the increment, which began under the conditions `before`, with these errors by
     /// parts of time.
-    pub(super) fn before_increment(&self, before: &Conditions, time_errors: &[TimeError]) -> Checkpoint {
+    fn before_increment(&self, (before, time_errors): (&Conditions, &[TimeError])) -> Checkpoint {
         Checkpoint {
             conditions: before.clone(),
             state: self.began.clone(),
@@ -46,9 +46,15 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Whether the increment from one fraction of a plan to another, which has ended at an equilibrium, is explained by
-    /// the speeds at its ends: on a smooth path `x(b) − x(a) = (ẋ(a) + ẋ(b)) (b − a)/2`, but for terms of third order.
-    pub(super) fn is_as_fast_as_at_its_ends(&mut self, plan: &Plan, [a, b]: [f64; 2], beginning: &Checkpoint) -> bool {
+    /// Whether the speeds at both ends of the increment from one fraction of a plan to another, with this `beginning`
+    /// ([`Self::before_increment`]) and an equilibrium as its end, explain most of the move in it: on a smooth path
+    /// `x(b) − x(a) = (ẋ(a) + ẋ(b)) (b − a)/2`, but for terms of third order.
+    pub(super) fn speeds_explain_move(
+        &mut self,
+        plan: &Plan,
+        [a, b]: [f64; 2],
+        beginning: (&Conditions, &[TimeError]),
+    ) -> bool {
         if plan.takes_time() {
             // What creeps does not go back.
             return false;
@@ -58,7 +64,7 @@ impl Driver<'_, '_> {
         let end = self.snapshot((0, 0), None, 0.0);
         // What of the move is not explained, by points.
         let mut rest: Vec<Vector> = self.state.points.iter().zip(&self.began.points).map(|(b, a)| b - a).collect();
-        for (at, from, to) in [(beginning.clone(), a, a + part), (end, b, b - part)] {
+        for (at, from, to) in [(self.before_increment(beginning), a, a + part), (end, b, b - part)] {
             let known = at.state.points.clone();
             let work = (self.iterations, self.polish, self.factorisations);
             let at = Checkpoint { work, ..at };
@@ -77,11 +83,16 @@ impl Driver<'_, '_> {
         most <= NOT_EXPLAINED * result::farthest(&self.began, &self.state)
     }
 
-    /// The jump in an increment from one fraction of a plan to another, which has ended at an equilibrium; `None` if
-    /// the way there is continuous, or was not found again. Of several jumps it is the longest.
-    pub(super) fn find_jump(&mut self, plan: &Plan, [a, b]: [f64; 2], beginning: Checkpoint) -> Option<Occurrence> {
+    /// The jump in an increment from one fraction of a plan to another, with this `beginning` and an equilibrium as its
+    /// end; `None` if the way there is continuous, or was not found again. Of several jumps it is the longest.
+    pub(super) fn find_jump(
+        &mut self,
+        plan: &Plan,
+        [a, b]: [f64; 2],
+        beginning: (&Conditions, &[TimeError]),
+    ) -> Option<Occurrence> {
         let least = AT_ONCE * result::farthest(&self.began, &self.state);
-        let mut lower = beginning;
+        let mut lower = self.before_increment(beginning);
         let mut upper = self.state.clone();
         let (mut from, mut to, mut moved) = (a, b, f64::INFINITY);
         let (network, stop, monitor) = (self.problem.network, self.stop, self.problem.monitor.clone());

@@ -65,10 +65,10 @@ impl Driver<'_, '_> {
         let branch = |b: usize| result::branch(&self.problem, b, &self.state, touching);
         let mut branches: Vec<BranchResult> = (0..self.problem.network.branches.len()).map(branch).collect();
         // A neutral equilibrium may answer to any error with any motion.
-        let hessian = match inspection {
-            _ if !self.problem.has_potential() => !self.problem.has_slides(),
-            Some(inspection) => inspection.stability != Stability::Neutral,
-            None => false,
+        let hessian = if self.problem.has_potential() {
+            inspection.is_some_and(|inspection| inspection.stability != Stability::Neutral)
+        } else {
+            !self.problem.has_slides()
         };
         self.errors = self.certifier.discretisation(&mut self.problem, &self.state, &branches, hessian);
         for (branch, errors) in branches.iter_mut().zip(&self.all_errors()) {

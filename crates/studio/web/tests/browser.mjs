@@ -1,5 +1,6 @@
 // A browser for the tests: Debian's chromium, headless, with WebGL in software.
-import { existsSync, mkdirSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
@@ -48,6 +49,14 @@ export async function pixels(browser, png) {
 
 /** Waits until what has changed is drawn. */
 export const settled = (page) => page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve, 50)))));
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** What axe finds by WCAG 2, levels A and AA, with the first places of each. */
+export async function axed(page) {
+  await page.evaluate(axe);
+  return page.evaluate(async () => (await window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] })).violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(" ")).slice(0, 4).join("; ")}`));
+}
 
 /** Words whose contrast with what is behind them is below 4.5 (WCAG 2): every leaf with words in it. */
 export const poorContrast = (page) =>

@@ -3,13 +3,11 @@
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { after, before, test } from "node:test";
-import { launch, poorContrast, settled, shots } from "./browser.mjs";
-import { absent, endAll, folder, open, program, quiet, scenario, studio } from "./program.mjs";
+import { axed, launch, poorContrast, settled, shots } from "./browser.mjs";
+import { absent, changing, endAll, folder, open, program, quiet, scenario, sessionText, studio } from "./program.mjs";
 
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
 let browser;
 before(async () => (browser = await launch()));
@@ -18,20 +16,13 @@ after(async () => {
   await browser?.close();
 });
 
-/** The text of the session. */
-const sessionText = (page) => page.evaluate(() => window.wireloom.store.document.text);
-
 /** Does something that changes the text of the session; returns the lines that went (-) and came (+). */
-async function changing(page, act) {
-  const before = await page.evaluate(() => window.wireloom.store.document);
-  await act();
-  await page.waitForFunction((version) => window.wireloom.store.document.version > version, before.version, { timeout: 30_000 }).catch(async (error) => {
-    throw new Error(`${error.message}: ${await page.locator("#messages").innerText()}`);
-  });
-  await quiet(page);
+async function difference(page, act) {
+  const before = await sessionText(page);
+  await changing(page, act);
   const came = (await sessionText(page)).split("\n");
   const lines = [];
-  for (const line of before.text.split("\n")) {
+  for (const line of before.split("\n")) {
     const at = came.indexOf(line);
     if (at >= 0) came.splice(at, 1);
     else lines.push(`-${line}`);
@@ -78,12 +69,6 @@ async function runs(page, name) {
   }
 }
 
-/** Finds of axe of serious impact. */
-async function axed(page) {
-  await page.evaluate(axe);
-  return page.evaluate(async () => (await window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] })).violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(" ")).slice(0, 4).join("; ")}`));
-}
-
 test("every form changes the text as a person would, is undone by name, and is what run carries out", { skip: absent }, async () => {
   const { address, stop } = await studio(scenario("branches/y_cosserat.toml"));
   const { page, found } = await open(browser, address);
@@ -94,71 +79,71 @@ test("every form changes the text as a person would, is undone by name, and is w
   await choosePoint(page, second, 0.5);
   const length = await page.locator("#build").getByLabel("length", { exact: true }).inputValue();
   const longer = `${/mm/.test(length) ? Number.parseFloat(length) + 20 : 1000 * Number(length) + 20} mm`;
-  assert.deepEqual((await changing(page, () => fill(page, "length", longer))).filter((line) => line.startsWith("+")), [`+length = "${longer}"`]);
+  assert.deepEqual((await difference(page, () => fill(page, "length", longer))).filter((line) => line.startsWith("+")), [`+length = "${longer}"`]);
   assert.equal(await page.locator("#undo").getAttribute("title"), `Undo: length of branches.${second} (Ctrl Z)`);
   await runs(page, "length");
-  await changing(page, () => page.locator("#undo").click());
+  await difference(page, () => page.locator("#undo").click());
   assert.equal(await page.locator("#build").getByLabel("length", { exact: true }).inputValue(), length);
 
   const section = names.sections.find((name) => name !== undefined && name !== second);
   const before = await page.locator("#build").getByLabel("section", { exact: true }).inputValue();
   const other = names.sections.find((name) => name !== before) ?? section;
   if (other !== before) {
-    const changed = await changing(page, () => page.locator("#build").getByLabel("section", { exact: true }).selectOption(other));
+    const changed = await difference(page, () => page.locator("#build").getByLabel("section", { exact: true }).selectOption(other));
     assert.deepEqual(changed, [`-section = "${before}"`, `+section = "${other}"`]);
   }
 
-  const renamed = await changing(page, () => fill(page, "name of the branch", "long arm"));
+  const renamed = await difference(page, () => fill(page, "name of the branch", "long arm"));
   assert.ok(renamed.includes('+name = "long arm"') && renamed.some((line) => line.includes('branch = "long arm"')), renamed.join("\n"));
   await choosePoint(page, "long arm", 0.4);
 
   await page.locator("#build").getByLabel("kind of clip", { exact: true }).selectOption("edge-clip");
   await fill(page, "name of the clip", "edge 1");
-  const clip = await changing(page, () => press(page, "Add clip"));
+  const clip = await difference(page, () => press(page, "Add clip"));
   assert.deepEqual(clip.slice(0, 3), ["+[[constraints]]", '+name = "edge 1"', '+kind = "edge-clip"']);
   await runs(page, "clip");
 
   await chooseConstraint(page, "edge 1");
-  assert.deepEqual(await changing(page, () => page.locator("#build").getByLabel("kind", { exact: true }).selectOption("collar")), ['-kind = "edge-clip"', '+kind = "collar"']);
-  assert.deepEqual(await changing(page, () => page.locator("#build").getByLabel("position", { exact: true }).and(page.locator("[type=checkbox]")).check()), ['+hold = ["position"]']);
-  assert.deepEqual(await changing(page, () => page.locator("#build").getByLabel("tangent", { exact: true }).and(page.locator("[type=checkbox]")).check()), ['-hold = ["position"]', '+hold = ["position", "tangent"]']);
-  assert.deepEqual(await changing(page, () => page.locator("#build").getByLabel("slides", { exact: true }).check()), ["+slide = true"]);
-  assert.deepEqual(await changing(page, () => page.locator("#build").getByLabel("slides", { exact: true }).uncheck()), ["-slide = true"]);
-  assert.deepEqual(await changing(page, () => fill(page, "pull-out force", "80 N")), ['+pull_out_force = "80 N"']);
-  assert.deepEqual(await changing(page, () => fill(page, "name of the constraint", "tie")), ['-name = "edge 1"', '+name = "tie"']);
+  assert.deepEqual(await difference(page, () => page.locator("#build").getByLabel("kind", { exact: true }).selectOption("collar")), ['-kind = "edge-clip"', '+kind = "collar"']);
+  assert.deepEqual(await difference(page, () => page.locator("#build").getByLabel("position", { exact: true }).and(page.locator("[type=checkbox]")).check()), ['+hold = ["position"]']);
+  assert.deepEqual(await difference(page, () => page.locator("#build").getByLabel("tangent", { exact: true }).and(page.locator("[type=checkbox]")).check()), ['-hold = ["position"]', '+hold = ["position", "tangent"]']);
+  assert.deepEqual(await difference(page, () => page.locator("#build").getByLabel("slides", { exact: true }).check()), ["+slide = true"]);
+  assert.deepEqual(await difference(page, () => page.locator("#build").getByLabel("slides", { exact: true }).uncheck()), ["-slide = true"]);
+  assert.deepEqual(await difference(page, () => fill(page, "pull-out force", "80 N")), ['+pull_out_force = "80 N"']);
+  assert.deepEqual(await difference(page, () => fill(page, "name of the constraint", "tie")), ['-name = "edge 1"', '+name = "tie"']);
   await chooseConstraint(page, "tie");
-  const gone = await changing(page, () => press(page, "Delete constraint"));
+  const gone = await difference(page, () => press(page, "Delete constraint"));
   assert.ok(gone.includes('-name = "tie"') && gone.every((line) => line.startsWith("-")), gone.join("\n"));
 
   await choosePoint(page, trunk, 0.5);
   await fill(page, "name of the new branch", "tap");
   await fill(page, "its length", "150 mm");
-  const tap = await changing(page, () => press(page, "Add branch here"));
+  const tap = await difference(page, () => press(page, "Add branch here"));
   assert.ok(tap.includes('+name = "tap"') && tap.includes('+length = "150 mm"') && tap.includes(`+name = "${trunk} joint"`), tap.join("\n"));
   await runs(page, "tap");
   await settled(page);
   await page.screenshot({ path: `${shots}build-branch.png` });
   await choosePoint(page, "tap", 0.5);
-  const split = await changing(page, () => press(page, "Split here"));
+  const split = await difference(page, () => press(page, "Split here"));
   assert.ok(split.includes('+name = "tap 2"') && split.includes('+length = "75 mm"'), split.join("\n"));
   await choosePoint(page, "tap 2", 0.5);
-  await changing(page, () => press(page, "Delete branch"));
+  await difference(page, () => press(page, "Delete branch"));
   await runs(page, "deleted");
   assert.doesNotMatch(await sessionText(page), /tap 2|name = "tap joint"/, "its joint is an end again");
 
   for (const shape of ["box", "sphere", "cylinder"]) {
-    const added = await changing(page, () => press(page, `Add ${shape}`));
+    const added = await difference(page, () => press(page, `Add ${shape}`));
     assert.deepEqual(added.slice(0, 3), ["+[[obstacles]]", `+name = "${shape}"`, `+shape = "${shape}"`]);
   }
   assert.ok(await page.evaluate(() => window.wireloom.store.shown.header.obstacles.every(({ contacts }) => contacts === 0)), "they stand beside the harness");
-  assert.deepEqual(await changing(page, () => fill(page, "radius of sphere", "20 mm")), ['-radius = "50 mm"', '+radius = "20 mm"']);
-  assert.deepEqual((await changing(page, () => fill(page, "position of sphere", "0.1, 0.4, -0.5"))).slice(-1), ["+position = [0.1, 0.4, -0.5]"]);
-  assert.deepEqual(await changing(page, () => fill(page, "angles of box, °", "0, 0, 90")), ["+orientation = [0.7071068, 0, 0, 0.7071068]"]);
-  assert.deepEqual(await changing(page, () => fill(page, "least clearance of box", "5 mm")), ['+min_clearance = "5 mm"']);
+  assert.deepEqual(await difference(page, () => fill(page, "radius of sphere", "20 mm")), ['-radius = "50 mm"', '+radius = "20 mm"']);
+  assert.deepEqual((await difference(page, () => fill(page, "position of sphere", "0.1, 0.4, -0.5"))).slice(-1), ["+position = [0.1, 0.4, -0.5]"]);
+  assert.deepEqual(await difference(page, () => fill(page, "angles of box, °", "0, 0, 90")), ["+orientation = [0.7071068, 0, 0, 0.7071068]"]);
+  assert.deepEqual(await difference(page, () => fill(page, "least clearance of box", "5 mm")), ['+min_clearance = "5 mm"']);
   assert.equal(await page.evaluate(() => window.wireloom.store.scene.obstacles.length), 3);
   await page.screenshot({ path: `${shots}build-obstacles.png` });
-  await changing(page, () => fill(page, "name of box", "wall"));
-  await changing(page, () => page.locator("#build-obstacles li", { hasText: "wall" }).getByRole("button", { name: "Delete obstacle" }).click());
+  await difference(page, () => fill(page, "name of box", "wall"));
+  await difference(page, () => page.locator("#build-obstacles li", { hasText: "wall" }).getByRole("button", { name: "Delete obstacle" }).click());
   assert.doesNotMatch(await sessionText(page), /wall/);
 
   await chooseConstraint(page, names.constraints[0]);
@@ -166,12 +151,12 @@ test("every form changes the text as a person would, is undone by name, and is w
   await page.locator("#build").getByLabel("its quantity", { exact: true }).selectOption("force");
   await page.locator("#build").getByLabel("bound", { exact: true }).selectOption("max");
   await fill(page, "its limit", "500 N");
-  assert.deepEqual(await changing(page, () => press(page, "Add requirement")), ["+[[requirements]]", '+name = "plug force"', '+quantity = "force"', `+of = { constraint = "${names.constraints[0]}" }`, '+max = "500 N"']);
+  assert.deepEqual(await difference(page, () => press(page, "Add requirement")), ["+[[requirements]]", '+name = "plug force"', '+quantity = "force"', `+of = { constraint = "${names.constraints[0]}" }`, '+max = "500 N"']);
   assert.match(await page.locator("#sheet").textContent(), /plug force/);
-  await changing(page, () => fill(page, "greatest value of plug force", "0.001 N"));
+  await difference(page, () => fill(page, "greatest value of plug force", "0.001 N"));
   await page.waitForFunction(() => document.getElementById("verdict").textContent.startsWith("FAIL"));
-  await changing(page, () => page.locator("#build").getByLabel("severity of plug force", { exact: true }).selectOption("should"));
-  await changing(page, () => page.locator("#build-requirements").getByRole("button", { name: "Delete requirement" }).click());
+  await difference(page, () => page.locator("#build").getByLabel("severity of plug force", { exact: true }).selectOption("should"));
+  await difference(page, () => page.locator("#build-requirements").getByRole("button", { name: "Delete requirement" }).click());
   await page.waitForFunction(() => !document.getElementById("sheet").textContent.includes("plug force"));
 
   // What is refused is told, and the field has the value of the text again.
@@ -217,7 +202,7 @@ test("text is checked as it is typed, applied, merged with what hands do, and ou
   await content.click();
   await page.keyboard.press("Control+Home");
   await page.keyboard.type("# seen by me\n");
-  const applied = await changing(page, () => page.keyboard.press("Control+Enter"));
+  const applied = await difference(page, () => page.keyboard.press("Control+Enter"));
   assert.deepEqual(applied, ["+# seen by me"]);
   await page.waitForFunction(() => !window.wireloom.text.dirty);
   assert.equal(await page.locator("#undo").getAttribute("title"), "Undo: edit the text (Ctrl Z)");
@@ -229,7 +214,7 @@ test("text is checked as it is typed, applied, merged with what hands do, and ou
   await openBuild(page);
   const branch = await page.evaluate(() => window.wireloom.store.scene.branches[0].name);
   await choosePoint(page, branch, 0.5);
-  await changing(page, () => fill(page, "length", "0.55"));
+  await difference(page, () => fill(page, "length", "0.55"));
   const merged = await page.evaluate(() => window.wireloom.text.text);
   assert.match(merged, /^# not applied\n# seen by me\n/);
   assert.match(merged, /length = 0\.55/);
@@ -240,7 +225,7 @@ test("text is checked as it is typed, applied, merged with what hands do, and ou
   await page.evaluate(() => window.wireloom.text.lookFor(window.wireloom.store.scene.branches[0].name));
   await page.keyboard.press("End");
   await page.keyboard.type(" # mine");
-  await changing(page, () => fill(page, "name of the branch", "theirs"));
+  await difference(page, () => fill(page, "name of the branch", "theirs"));
   await asked();
   await page.locator("#text-theirs").click();
   assert.equal(await page.evaluate(() => window.wireloom.text.text), await sessionText(page));
@@ -248,7 +233,7 @@ test("text is checked as it is typed, applied, merged with what hands do, and ou
   await page.keyboard.press("End");
   await page.keyboard.type(" # mine");
   await choosePoint(page, "theirs", 0.5);
-  await changing(page, () => fill(page, "name of the branch", "again"));
+  await difference(page, () => fill(page, "name of the branch", "again"));
   await asked();
   await page.locator("#text-mine").click();
   assert.match(await page.evaluate(() => window.wireloom.text.text), /"theirs" # mine/);
@@ -275,7 +260,7 @@ test("what was not applied is offered after a reload of the page", { skip: absen
   await page.keyboard.press("t");
   await page.locator("#text-restore").click();
   assert.match(await page.evaluate(() => window.wireloom.text.text), /^# a thought\n/);
-  await changing(page, () => page.locator("#text-apply").click());
+  await difference(page, () => page.locator("#text-apply").click());
   await page.reload();
   await quiet(page);
   await page.keyboard.press("t");
@@ -306,14 +291,14 @@ test("an edit of another branch leaves the chosen one chosen, and measures where
     await choosePoint(other.page, branch, 0.25);
     await press(other.page, "Split here");
   };
-  await changing(page, () => split(first));
+  await difference(page, () => split(first));
   assert.deepEqual(await page.evaluate(() => window.wireloom.hands.chosen), chosen);
   assert.equal(await page.locator("#build h3").first().innerText(), `Branch ${last}`);
   const after = await measured();
   assert.deepEqual([after.from, after.to, after["arc length"]], [before.from, before.to, before["arc length"]]);
   assert.equal(await page.getByLabel("Branch", { exact: true }).inputValue(), last);
   // Where there is no such place any more, nothing is chosen.
-  await changing(page, () => split(last));
+  await difference(page, () => split(last));
   assert.equal(await page.evaluate(() => window.wireloom.hands.chosen), null);
   assert.match((await measured()).to, /not there in this frame/);
   assert.deepEqual([...found, ...other.found], []);
@@ -365,7 +350,7 @@ test("a scenario that is dropped becomes the text; what cannot is told", { skip:
   assert.equal(await sessionText(page), before);
   const other = before.replace(/name = "[^"]*"/, 'name = "dropped"');
   await drop("other.toml", other);
-  await changing(page, () => page.locator("#text-apply").click());
+  await difference(page, () => page.locator("#text-apply").click());
   assert.equal(await sessionText(page), other);
   await page.waitForFunction(() => document.getElementById("name").textContent === "dropped");
   assert.deepEqual(found, []);
@@ -380,7 +365,7 @@ test("save writes the file, and another program's changes are noticed and shown"
   await openBuild(page);
   const branch = await page.evaluate(() => window.wireloom.store.scene.branches[0].name);
   await choosePoint(page, branch, 0.5);
-  await changing(page, () => fill(page, "length", "0.55"));
+  await difference(page, () => fill(page, "length", "0.55"));
   assert.equal(await page.locator("#save").innerText(), "Save •");
   await page.locator("#stage").focus();
   await page.keyboard.press("Control+s");
@@ -393,19 +378,19 @@ test("save writes the file, and another program's changes are noticed and shown"
   await page.locator("#file", { hasText: "was changed by another program" }).waitFor({ timeout: 15_000 });
   await page.screenshot({ path: `${shots}file-changed.png` });
   await page.locator("#file-later").click();
-  await changing(page, () => fill(page, "length", "0.57"));
+  await difference(page, () => fill(page, "length", "0.57"));
   await page.locator("#save").click();
   await page.locator("#file", { hasText: "nothing has been saved" }).waitFor();
   assert.equal(readFileSync(file, "utf8"), theirs, "it is not replaced unasked");
-  await changing(page, () => page.locator("#file-reload").click());
+  await difference(page, () => page.locator("#file-reload").click());
   assert.equal(await sessionText(page), theirs);
-  await changing(page, () => page.locator("#undo").click());
+  await difference(page, () => page.locator("#undo").click());
   assert.match(await sessionText(page), /length = 0\.57/);
   await page.locator("#save").click();
   await page.waitForFunction(() => document.getElementById("save").textContent === "Save");
   assert.match(readFileSync(file, "utf8"), /length = 0\.57/);
   writeFileSync(file, theirs);
-  await changing(page, () => fill(page, "length", "0.58"));
+  await difference(page, () => fill(page, "length", "0.58"));
   await page.locator("#save").click();
   await page.locator("#file-overwrite").click();
   await page.waitForFunction(() => document.getElementById("save").textContent === "Save");
@@ -422,7 +407,7 @@ test("save writes the file, and another program's changes are noticed and shown"
   await saveAs("other.toml");
   await page.waitForFunction(() => window.wireloom.store.document.name === "other.toml");
   assert.match(readFileSync(join(dirname(file), "other.toml"), "utf8"), /length = 0\.58/);
-  await changing(page, () => fill(page, "length", "0.59"));
+  await difference(page, () => fill(page, "length", "0.59"));
   await page.locator("#save").click();
   await page.waitForFunction(() => document.getElementById("save").textContent === "Save");
   assert.match(readFileSync(file, "utf8"), /length = 0\.58/, "the first file stays as it is");

@@ -1,13 +1,11 @@
 // Obstacles in the browser: chosen, moved and turned; added from files with surfaces; several parts hidden and deleted together.
 import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { after, before, test } from "node:test";
-import { launch, poorContrast, settled, shots } from "./browser.mjs";
-import { absent, endAll, open, quiet, scenario, startPage, studio } from "./program.mjs";
+import { axed, launch, poorContrast, settled, shots } from "./browser.mjs";
+import { absent, changing, endAll, open, quiet, scenario, sessionText, startPage, studio } from "./program.mjs";
 
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 let browser;
 before(async () => (browser = await launch()));
 after(async () => {
@@ -15,27 +13,11 @@ after(async () => {
   await browser?.close();
 });
 
-const sessionText = (page) => page.evaluate(() => window.wireloom.store.document.text);
 const chosen = (page) => page.evaluate(() => window.wireloom.hands.chosen);
 const undoWords = (page) => page.locator("#undo").getAttribute("title");
 /** Where an obstacle is, m and a quaternion. */
 const stands = (page, name) => page.evaluate((name) => window.wireloom.hands.obstacleAt(name), name);
 const toScreen = (page, place) => page.evaluate((place) => window.wireloom.toScreen(place), place);
-
-/** Does something that changes the text, and waits until that is computed. */
-async function changing(page, act) {
-  const { version } = await page.evaluate(() => window.wireloom.store.document);
-  await act();
-  await page.waitForFunction((version) => window.wireloom.store.document.version > version, version, { timeout: 30_000 }).catch(async (error) => {
-    throw new Error(`${error.message}: ${await page.locator("#messages").innerText()} ${await page.locator("#surroundings").innerText()}`);
-  });
-  await quiet(page);
-}
-
-async function axed(page) {
-  await page.evaluate(axe);
-  return page.evaluate(async () => (await window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] })).violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(" ")).slice(0, 4).join("; ")}`));
-}
 
 /** A part of the gizmo on the screen, of those with these names. */
 const gizmo = (page, centre, names) =>

@@ -72,3 +72,16 @@ export async function quiet(page) {
     { timeout: 60_000, polling: 50 },
   );
 }
+
+/** The text of the session. */
+export const sessionText = (page) => page.evaluate(() => window.wireloom.store.document.text);
+
+/** Does something that changes the text of the session, and waits until that is computed. */
+export async function changing(page, act) {
+  const { version } = await page.evaluate(() => window.wireloom.store.document);
+  await act();
+  await page.waitForFunction((version) => window.wireloom.store.document.version > version, version, { timeout: 30_000 }).catch(async (error) => {
+    throw new Error(`${error.message}: ${await page.locator("#messages").innerText()} ${await page.locator("#surroundings").innerText()}`);
+  });
+  await quiet(page);
+}

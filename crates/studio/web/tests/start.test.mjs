@@ -3,13 +3,11 @@
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, unlinkSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
-import { faults, launch, poorContrast, settled, shots } from "./browser.mjs";
+import { axed, faults, launch, poorContrast, settled, shots } from "./browser.mjs";
 import { absent, endAll, folder, program, quiet, root, scenario, startPage } from "./program.mjs";
 
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const small = join(root, "crates/import/tests/small.kbl");
 
 let browser;
@@ -47,11 +45,6 @@ const offeredBy = (page) => page.locator("#start-draft .row");
 const refusal = async (page) => {
   await page.waitForSelector("#not-opened:not([hidden])");
   return (await page.locator("#not-opened").innerText()).replaceAll(/\s+/g, " ");
-};
-
-const poor = async (page) => {
-  await page.evaluate(axe);
-  return page.evaluate(async () => (await window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] })).violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(" ")).slice(0, 4).join("; ")}`));
 };
 
 /** The chosen point of a branch. */
@@ -168,7 +161,7 @@ test("every session that nobody saved has a draft of its own, and all of them ar
   assert.equal(await offered.count(), 2);
   await settled(third.page);
   await third.page.screenshot({ path: `${shots}start-drafts.png` });
-  assert.deepEqual(await poor(third.page), []);
+  assert.deepEqual(await axed(third.page), []);
   // The newest first; the other one stays, in the session and behind it.
   await offered.first().getByRole("button", { name: "Restore it" }).click();
   await quiet(third.page);
@@ -244,7 +237,7 @@ test("modules of a KBL file are chosen, findings are listed, and their places ar
   await page.getByLabel("Longest segment, mm").fill("15");
   await settled(page);
   await page.screenshot({ path: `${shots}start-kbl.png` });
-  assert.deepEqual(await poor(page), []);
+  assert.deepEqual(await axed(page), []);
   await page.getByRole("button", { name: "Import" }).click();
   await quiet(page);
   assert.deepEqual(await page.evaluate(() => window.wireloom.store.scene.branches.map(({ name }) => name)), ["trunk", "left", "stub"]);
@@ -328,7 +321,7 @@ test("what cannot be opened is told in the page, and the page stays", { skip: ab
     await page.keyboard.press("Enter");
     await page.waitForFunction((why) => new RegExp(why).test(document.getElementById("not-opened").textContent), why.source);
   }
-  assert.deepEqual(await poor(page), []);
+  assert.deepEqual(await axed(page), []);
 
   // A valid one is opened by its path all the same, in both pages.
   const other = await browser.newPage();
@@ -395,7 +388,7 @@ test("the start page is read by light and in the dark, in narrow windows, and sa
     const { page, found, stop } = await started(options);
     await settled(page);
     await page.screenshot({ path: `${shots}start-${name}.png` });
-    assert.deepEqual(await poor(page), [], name);
+    assert.deepEqual(await axed(page), [], name);
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > window.innerWidth), false, name);
     await stop();
     await page.waitForFunction(() => document.getElementById("start-status").textContent.startsWith("The program has ended"));
