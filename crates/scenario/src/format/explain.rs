@@ -244,7 +244,7 @@ fn parameter(place: &str, before: &str, word: &str, kind: &str, parameter: &Para
     let (holds, example) = match &parameter.form {
         registry::Form::Number { quantity, minimum, exclusive, maximum } => {
             let bound = Bound { minimum: *minimum, exclusive: *exclusive, maximum: *maximum };
-            (number(*quantity, bound), units::words(*quantity).example.to_owned())
+            (number(*quantity, bound), a_number(*quantity, bound))
         }
         registry::Form::Vector { quantity } => (three(*quantity), vector(*quantity)),
         registry::Form::Count { minimum } => (count(*minimum, MAX_COUNT), minimum.to_string()),
@@ -337,6 +337,15 @@ fn vector(quantity: Quantity) -> String {
     format!("[0, 0, {one}]")
 }
 
+/// Example of a number. Quantities with units have wide limits, in which their own example lies.
+fn a_number(quantity: Quantity, bound: Bound) -> String {
+    let Bound { minimum, maximum, .. } = bound.of(quantity);
+    match quantity {
+        Quantity::Dimensionless => 0.5_f64.clamp(minimum, maximum).to_string(),
+        _ => units::words(quantity).example.to_owned(),
+    }
+}
+
 /// Example of a value.
 fn value(form: &Form) -> String {
     match *form {
@@ -348,7 +357,7 @@ fn value(form: &Form) -> String {
             (None, Family::Constraint) => "\"connector\"".into(),
             (None, _) => "\"NAME\"".into(),
         },
-        Form::Number(quantity, _) | Form::OneOrTwo(quantity, _) => units::words(quantity).example.into(),
+        Form::Number(quantity, bound) | Form::OneOrTwo(quantity, bound) => a_number(quantity, bound),
         Form::Vector(quantity) => vector(quantity),
         Form::Direction => "[1, 0, 0]".into(),
         Form::Orientation => "[1, 0, 0, 0]".into(),
@@ -460,6 +469,12 @@ mod tests {
     fn what_is_not_there_has_a_near_neighbour() {
         assert_eq!(explain("branches.lenght", &known()), Err("did you mean `length`?".into()));
         assert!(explain("qqqqqq", &known()).unwrap_err().starts_with("a scenario has: schema, name, gravity"));
+    }
+
+    /// The example of a tolerance up to 0.01 was 0.5.
+    #[test]
+    fn the_example_of_a_number_is_within_its_limits() {
+        assert_eq!(one("force_tolerance").example, "[minimiser]\nforce_tolerance = 0.01");
     }
 
     /// Every example is TOML, and no key is without a word.

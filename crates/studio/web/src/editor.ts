@@ -267,6 +267,8 @@ export class TextPane {
   send(): void {
     if (!this.base || !this.dirty || this.theirs) return;
     const { text } = this;
+    // A check that is still to come would find nothing in a text that it does not take.
+    clearTimeout(this.timer);
     if (!fits(text)) return this.showFaults([{ from: 0, to: 0, line: 1, column: 1, message: `the text has ${encoder.encode(text).length} bytes`, help: `at most ${MOST} can be applied here` }]);
     this.sent = text;
     this.link.send({ do: "apply", text, base: this.base.version });

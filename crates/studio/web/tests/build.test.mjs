@@ -50,6 +50,14 @@ async function fill(page, label, value) {
 const press = (page, words) => page.locator("#build").getByRole("button", { name: words, exact: true }).click();
 const openBuild = (page) => page.evaluate(() => document.querySelectorAll("#panels details").forEach((each) => (each.open = each.contains(document.getElementById("build")) || each.id.startsWith("build"))));
 
+/** Types a line before all others of the text. Enter comes first: behind a word, it may take a completion of that. */
+async function typeFirst(page, words) {
+  await page.keyboard.press("Control+Home");
+  await page.keyboard.press("Enter");
+  await page.keyboard.press("Control+Home");
+  await page.keyboard.type(words);
+}
+
 /** `run` carries out the text of the session, and ends where the page does. */
 async function runs(page, name) {
   const file = join(folder, `${name}.toml`);
@@ -182,10 +190,12 @@ test("text is checked as it is typed, applied, merged with what hands do, and ou
   await content.click();
   await page.keyboard.press("Control+End");
   await page.keyboard.type("\n[minimisr]\n");
-  const fault = page.locator("#text-faults li");
-  await fault.first().waitFor();
-  assert.match(await fault.first().innerText(), /^\d+:\d+: .*minimisr.*minimiser/s);
-  assert.ok((await page.locator("#text .cm-lintRange-error").count()) > 0, "it is underlined");
+  // What stands there while it is being typed may be told before.
+  const fault = page.locator("#text-faults li", { hasText: "minimiser" });
+  await fault.waitFor();
+  assert.match(await fault.innerText(), /^\d+:\d+: .*minimisr.*minimiser/s);
+  // It is underlined.
+  await page.locator("#text .cm-lintRange-error").first().waitFor();
   await settled(page);
   await page.screenshot({ path: `${shots}text-fault.png` });
   await page.locator("#text-faults button").first().click();
@@ -200,8 +210,7 @@ test("text is checked as it is typed, applied, merged with what hands do, and ou
 
   // A length is changed in the text and applied with Ctrl Enter.
   await content.click();
-  await page.keyboard.press("Control+Home");
-  await page.keyboard.type("# seen by me\n");
+  await typeFirst(page, "# seen by me");
   const applied = await difference(page, () => page.keyboard.press("Control+Enter"));
   assert.deepEqual(applied, ["+# seen by me"]);
   await page.waitForFunction(() => !window.wireloom.text.dirty);
@@ -209,8 +218,7 @@ test("text is checked as it is typed, applied, merged with what hands do, and ou
 
   // Another line is edited here, while a form changes a length: both stay.
   await content.click();
-  await page.keyboard.press("Control+Home");
-  await page.keyboard.type("# not applied\n");
+  await typeFirst(page, "# not applied");
   await openBuild(page);
   const branch = await page.evaluate(() => window.wireloom.store.scene.branches[0].name);
   await choosePoint(page, branch, 0.5);
@@ -253,8 +261,7 @@ test("what was not applied is offered after a reload of the page", { skip: absen
   page.on("dialog", (dialog) => dialog.accept());
   await page.locator("#text-on").click();
   await page.locator("#text .cm-content").click();
-  await page.keyboard.press("Control+Home");
-  await page.keyboard.type("# a thought\n");
+  await typeFirst(page, "# a thought");
   await page.reload();
   await quiet(page);
   await page.keyboard.press("t");
@@ -288,6 +295,7 @@ test("an edit of another branch leaves the chosen one chosen, and measures where
   const other = await open(browser, address);
   await openBuild(other.page);
   const split = async (branch) => {
+    await quiet(other.page);
     await choosePoint(other.page, branch, 0.25);
     await press(other.page, "Split here");
   };
@@ -350,6 +358,7 @@ test("a scenario that is dropped becomes the text; what cannot is told", { skip:
   assert.equal(await sessionText(page), before);
   const other = before.replace(/name = "[^"]*"/, 'name = "dropped"');
   await drop("other.toml", other);
+  await page.waitForFunction((text) => window.wireloom.text.text === text, other);
   await difference(page, () => page.locator("#text-apply").click());
   assert.equal(await sessionText(page), other);
   await page.waitForFunction(() => document.getElementById("name").textContent === "dropped");

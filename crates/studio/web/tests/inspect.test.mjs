@@ -20,6 +20,8 @@ async function opened(options = {}) {
   await page.goto(`file://${file}`);
   await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
   await page.evaluate(() => document.querySelectorAll("#panels details").forEach((each) => (each.open = ["parts", "measure"].some((id) => each.contains(document.getElementById(id))))));
+  // Where things are on the screen is known once they are drawn.
+  await settled(page);
   return { page, found };
 }
 

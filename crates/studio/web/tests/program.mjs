@@ -5,7 +5,7 @@ import { copyFileSync, existsSync, mkdtempSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { faults } from "./browser.mjs";
+import { faults, settled } from "./browser.mjs";
 
 export const root = fileURLToPath(new URL("../../../../", import.meta.url));
 export const program = process.env.WIRELOOM ?? join(root, "target/debug/wireloom");
@@ -60,17 +60,57 @@ export async function open(browser, address, options = {}) {
   return { page, found };
 }
 
-/** Waits until nothing is computed and all that there is has come. */
+/** How often a test has waited for quiet. */
+let waits = 0;
+
+/**
+ * Waits until all that the page has asked for is done, nothing is computed, and all that there is has come and is drawn.
+ * A session carries out one request after the other: when it has refused to store a file under a name that is none, it
+ * has done all that was asked for before. (That it is not busy does not say so: a drag goes on after it is let go.)
+ */
 export async function quiet(page) {
   await page.waitForFunction(
-    () => {
+    (wait) => {
       const { store, hands } = window.wireloom;
+      if (!store.session) return false;
+      window.asked ??= listen();
+      const { asked } = window;
+      const name = `${wait}, ${asked.sent}/`;
+      if (asked.answered !== name) {
+        // Again after a while: the session that was asked may have been replaced by another one.
+        if (asked.name !== name || performance.now() - asked.at > 1000) asked.ask(name);
+        return false;
+      }
       const newest = store.newest();
-      return store.session && store.session.busy === null && !hands.dragging && store.timeline.frames > 0 && store.shown?.header.frame === newest && store.following;
+      const shown = store.timeline.frames > 0 && store.has(newest) && store.shown?.header.frame === newest;
+      return shown && store.following && store.session.busy === null && !hands.dragging;
+
+      /** Counts the page's requests to the session, and keeps the answers to those of this function from the page. */
+      function listen() {
+        const { link } = hands;
+        const send = link.send.bind(link);
+        const take = store.take.bind(store);
+        const asked = { sent: 0, name: "", at: 0, answered: "" };
+        asked.ask = (name) => {
+          [asked.name, asked.at] = [name, performance.now()];
+          send({ do: "store", name, replace: false });
+        };
+        link.send = (request) => {
+          if (request.do !== "frames" && request.do !== "check") asked.sent++;
+          send(request);
+        };
+        store.take = (notice) => {
+          const answer = notice.is === "refused" && notice.message.match(/^"(\d+, \d+\/)" is no name for the file/);
+          if (answer) asked.answered = answer[1];
+          else take(notice);
+        };
+        return asked;
+      }
     },
-    null,
-    { timeout: 60_000, polling: 50 },
+    ++waits,
+    { timeout: 120_000, polling: 50 },
   );
+  await settled(page);
 }
 
 /** The text of the session. */
@@ -80,7 +120,7 @@ export const sessionText = (page) => page.evaluate(() => window.wireloom.store.d
 export async function changing(page, act) {
   const { version } = await page.evaluate(() => window.wireloom.store.document);
   await act();
-  await page.waitForFunction((version) => window.wireloom.store.document.version > version, version, { timeout: 30_000 }).catch(async (error) => {
+  await page.waitForFunction((version) => window.wireloom.store.document.version > version, version, { timeout: 60_000 }).catch(async (error) => {
     throw new Error(`${error.message}: ${await page.locator("#messages").innerText()} ${await page.locator("#surroundings").innerText()}`);
   });
   await quiet(page);

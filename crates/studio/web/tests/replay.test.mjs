@@ -24,6 +24,8 @@ async function opened(options = {}) {
   const found = faults(page);
   await page.goto(address);
   await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
+  // Where things are on the screen is known once they are drawn.
+  await settled(page);
   return { page, found };
 }
 
@@ -184,6 +186,7 @@ test("4,000 nodes are drawn in place: frames leave nothing behind on the graphic
   await page.goto(`file://${file}`);
   await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 13);
   const buffers = () => page.evaluate(() => window.wireloom.memory());
+  await settled(page);
   const before = await buffers();
   const frames = await page.evaluate(() => {
     for (let turn = 0; turn < 3; turn++) for (let frame = 0; frame < 14; frame++) window.wireloom.store.scrub(frame);

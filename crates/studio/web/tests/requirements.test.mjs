@@ -27,6 +27,8 @@ async function opened(recording, options = {}) {
   const found = faults(page);
   await page.goto(`file://${file}`);
   await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
+  // Where things are on the screen is known once they are drawn.
+  await settled(page);
   return { page, found };
 }
 

@@ -42,10 +42,17 @@ async function drop(page, name, content) {
 /** The drafts that a start page offers. */
 const offeredBy = (page) => page.locator("#start-draft .row");
 
-const refusal = async (page) => {
-  await page.waitForSelector("#not-opened:not([hidden])");
-  return (await page.locator("#not-opened").innerText()).replaceAll(/\s+/g, " ");
-};
+/** Waits until the page tells why nothing was opened, in these words: those of an earlier refusal may still be there. */
+async function refused(page, words) {
+  const told = () => page.locator("#not-opened").evaluate((box) => box.innerText.replaceAll(/\s+/g, " "));
+  const found = page.waitForFunction((words) => {
+    const box = document.getElementById("not-opened");
+    return !box.hidden && new RegExp(words).test(box.innerText.replaceAll(/\s+/g, " "));
+  }, words.source);
+  await found.catch(async (error) => {
+    throw new Error(`${error.message}: ${await told()}`);
+  });
+}
 
 /** The chosen point of a branch. */
 const chosen = (page) => page.evaluate(() => [window.wireloom.hands.chosen.branch, `${(1000 * window.wireloom.hands.chosen.s).toFixed(1)} mm`]);
@@ -147,7 +154,8 @@ test("every session that nobody saved has a draft of its own, and all of them ar
     const { page, stop } = await started({}, at);
     await page.getByRole("button", { name: "New harness" }).click();
     await quiet(page);
-    assert.equal(await page.locator("#draft .row").count(), steps - 1, "the session offers those before it, too");
+    // The session offers those before it, too.
+    await page.waitForFunction((count) => document.querySelectorAll("#draft .row").length === count, steps - 1);
     await page.evaluate(() => window.wireloom.hands.choose({ is: "constraint", name: "plug-B" }));
     await page.keyboard.press(steps === 1 ? "Shift+ArrowUp" : "Shift+ArrowRight");
     await page.waitForFunction(() => window.wireloom.store.document.text.includes("drag plug-B"));
@@ -166,7 +174,7 @@ test("every session that nobody saved has a draft of its own, and all of them ar
   await offered.first().getByRole("button", { name: "Restore it" }).click();
   await quiet(third.page);
   assert.equal(await third.page.evaluate(() => window.wireloom.store.document.text), texts[1]);
-  assert.equal(await third.page.locator("#draft .row").count(), 1);
+  await third.page.waitForFunction(() => document.querySelectorAll("#draft .row").length === 1);
   await third.stop();
   await third.page.close();
 
@@ -203,7 +211,7 @@ test("an unsaved harness that nobody restores or discards stays while another on
   await second.page.getByRole("button", { name: "Import" }).click();
   await quiet(second.page);
   const offer = second.page.locator("#draft");
-  assert.match(await offer.innerText(), /Unsaved changes of an earlier session/);
+  await offer.filter({ hasText: "Unsaved changes of an earlier session" }).waitFor();
   await offer.getByRole("button", { name: "Restore it" }).click();
   await second.page.waitForFunction(() => /which the draft would replace/.test(document.getElementById("messages").textContent));
   await second.page.locator("#save").click();
@@ -290,36 +298,36 @@ test("findings that have XML ids alone are flown to", { skip: absent }, async ()
 test("what cannot be opened is told in the page, and the page stays", { skip: absent }, async () => {
   const { page, found, at, stop } = await started();
   await drop(page, "y.toml", "schema = 1\nname = 7\n");
-  assert.match(await refusal(page), /y.toml has faults: nothing was opened .*2:8: /);
+  await refused(page, /y.toml has faults: nothing was opened .*2:8: /);
   assert.equal(await page.evaluate(() => document.activeElement.id), "not-opened");
   await page.screenshot({ path: `${shots}start-refused.png` });
   const mesh = `${readFileSync(join(root, "scenarios/first.toml"), "utf8")}\n[[obstacles]]\nname = "box"\nmesh = "box.stl"\n`;
   await drop(page, "mesh.toml", mesh);
-  assert.match(await refusal(page), /open it by its path/);
+  await refused(page, /open it by its path/);
   writeFileSync(join(at, "tie.so"), "");
   await drop(page, "plugin.toml", `${readFileSync(join(root, "scenarios/first.toml"), "utf8")}\n[plugins]\nload = ["tie.so"]\n`);
-  assert.match(await refusal(page), /--allow-plugin/);
+  await refused(page, /--allow-plugin/);
   await drop(page, "latin.toml", [0x61, 0xe4]);
-  assert.match(await refusal(page), /latin.toml: it is no UTF-8 text/);
+  await refused(page, /latin.toml: it is no UTF-8 text/);
   await drop(page, "house.stl", "solid");
-  assert.match(await refusal(page), /house.stl: a surface is an obstacle of a scenario/);
+  await refused(page, /house.stl: a surface is an obstacle of a scenario/);
   await drop(page, "house.step", "ISO-10303-21;");
-  assert.match(await refusal(page), /wireloom import step FILE/);
+  await refused(page, /wireloom import step FILE/);
   await drop(page, "h.vec", "<a/>");
-  assert.match(await refusal(page), /wireloom import vec FILE -o NAME.toml/);
+  await refused(page, /wireloom import vec FILE -o NAME.toml/);
   await drop(page, "notes.txt", "hello");
-  assert.match(await refusal(page), /notes.txt: a scenario \(.toml\) or a KBL file/);
+  await refused(page, /notes.txt: a scenario \(.toml\) or a KBL file/);
   await drop(page, "no.kbl", "<a/>");
-  assert.match(await refusal(page), /no.kbl cannot be imported/);
+  await refused(page, /no.kbl cannot be imported/);
   await drop(page, "large.toml", "x".repeat(4 * 1024 * 1024 + 1));
-  assert.match(await refusal(page), /large.toml: it has 4194305 bytes/);
+  await refused(page, /large.toml: it has 4194305 bytes/);
   // The program says how large it may be.
   await drop(page, "large.kbl", "x".repeat(16 * 1024 * 1024 + 1));
-  assert.match(await refusal(page), /large.kbl: it has 16777217 bytes; a page can be given at most 16777216/);
+  await refused(page, /large.kbl: it has 16777217 bytes; a page can be given at most 16777216/);
   for (const [path, why] of [["none.toml", /none.toml/], ["", /no path/], [".", /cannot read/]]) {
     await page.locator("#start-path").fill(path);
     await page.keyboard.press("Enter");
-    await page.waitForFunction((why) => new RegExp(why).test(document.getElementById("not-opened").textContent), why.source);
+    await refused(page, why);
   }
   assert.deepEqual(await axed(page), []);
 
@@ -365,7 +373,7 @@ test("a run whose folder has a dot in its name is opened by its path and from th
   };
   await first.page.locator("#start-path").fill("notes.txt");
   await first.page.keyboard.press("Enter");
-  assert.match(await refusal(first.page), /cannot read .*notes.txt/);
+  await refused(first.page, /cannot read .*notes.txt/);
   await first.page.locator("#start-path").fill("out/first.v2");
   await first.page.keyboard.press("Enter");
   await plays(first.page);
