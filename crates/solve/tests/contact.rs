@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 use wireloom_core::equilibrium::{Run, StepResult};
+use wireloom_core::requirement::{Measure, Verdict};
 use wireloom_core::status::Status;
 use wireloom_core::{EventKind, Network, Registry, Vector};
 use wireloom_solve::Control;
@@ -236,18 +237,25 @@ fn harnesses_in_contact_are_in_global_balance() {
     converged(&scenario("y_on_boxes.toml", &[]));
 }
 
-/// A light cable of 200 mm and 10 mm diameter between two clamps, EI = 0.02 N m², and a peg above it at `x` that steps
-/// move down until it presses the cable in by `depth`, m.
-fn pressed_by_peg(x: f64, depth: f64, friction: f64, more: &str) -> String {
-    let (radius, reach) = (0.005, 0.01);
+/// A light cable of 200 mm and 10 mm diameter between two clamps, EI = 0.02 N m².
+fn light_cable() -> String {
+    let cable = held_branch("C", [0.0; 3], [0.2, 0.0, 0.0], 25, true);
     format!(
-        "schema = 1\nname = \"peg\"\ngravity = [0, 0, 0]\n[sections.cable]\ndiameter = \"10 mm\"\nlinear_density = 1e-6\n\
-         axial_stiffness = 50\nshear_stiffness = 1e6\nbending_stiffness = 0.02\ntorsion_stiffness = 0.016\n{}\
-         [[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\nposition = [{x}, 0, {reach}]\norientation = [1, 1, 0, 0]\n\
-         radius = {radius}\nlength = 0.1\nfriction = {friction}\n\
+        "schema = 1\nname = \"light cable\"\ngravity = [0, 0, 0]\n[sections.cable]\ndiameter = \"10 mm\"\n\
+         linear_density = 1e-6\naxial_stiffness = 50\nshear_stiffness = 1e6\nbending_stiffness = 0.02\n\
+         torsion_stiffness = 0.016\n{cable}"
+    )
+}
+
+/// That cable, and a peg above it at `x` that the first step moves down until it presses the cable in by `depth`, m.
+fn pressed_by_peg(x: f64, depth: f64, friction: f64, more: &str) -> String {
+    let reach = 0.01;
+    format!(
+        "{}[[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\nposition = [{x}, 0, {reach}]\norientation = [1, 1, 0, 0]\n\
+         radius = 0.005\nlength = 0.1\nfriction = {friction}\n\
          [[steps]]\nname = \"press\"\nincrements = 4\n[[steps.move]]\nobstacle = \"peg\"\n\
          position = [{x}, 0, {}]\n{more}",
-        held_branch("C", [0.0; 3], [0.2, 0.0, 0.0], 25, true),
+        light_cable(),
         reach - depth,
     )
 }
@@ -283,4 +291,20 @@ fn a_cable_pulled_under_a_rough_peg_drags_it_with_the_force_of_friction() {
     let run = converged(&pressed_by_peg(0.1013, 5e-4, 0.3, &pull));
     let force = run.steps.last().expect("a step").obstacles[0].force;
     assert!((force.x.abs() / force.z.abs() - 0.3).abs() < 3e-3, "{force:?}");
+}
+
+/// A limit of contact once passed with 0 N where a body touched a cable within an increment, but at neither of its ends.
+#[test]
+fn a_ball_that_passes_over_a_cable_within_one_increment_breaks_a_limit_of_contact() {
+    let text = format!(
+        "{}[[obstacles]]\nname = \"ball\"\nshape = \"sphere\"\nposition = [0.1, -0.05, 0.014]\nradius = 0.01\n\
+         max_contact_force = 0.01\n\
+         [[steps]]\nname = \"pass\"\nincrements = 1\n[[steps.move]]\nobstacle = \"ball\"\n\
+         position = [0.1, 0.05, 0.014]\n",
+        light_cable()
+    );
+    let run = converged(&text);
+    let line = run.requirements.iter().find(|line| line.measure == Measure::ContactForce).expect("a line");
+    assert_eq!(line.verdict, Verdict::Fail, "{line:?}");
+    assert_eq!(run.steps[0].obstacles[0].contacts, 0, "nothing touches at the end");
 }

@@ -1,4 +1,5 @@
-//! Whether a cable may come nearer to an obstacle between two equilibria than at both of them.
+//! Whether a cable may come nearer to an obstacle between two equilibria than at both of them, or touch it only in
+//! between.
 //!
 //! Points of the cable, and points that constraints hold, are taken to move on arcs of circles in the axes of the
 //! obstacle, which turn as much as the frame there. A chord of the length D with the turn φ belongs to an arc of the
@@ -8,7 +9,7 @@
 //! rest has a velocity of at most `D + 2 ψ R` and an acceleration of at most `ψ (2 D + 3 ψ R)`, with the part of the
 //! step as the unit of time. A curve of the acceleration a rises `a/8` above its chord.
 
-use wireloom_core::requirement::{Part, Requirement};
+use wireloom_core::requirement::{Measure, Part, Requirement};
 use wireloom_core::{Network, Pose, State, Vector};
 
 /// Motion below which nothing happens unseen, and length of a piece of cable that moves as one point, as fractions of
@@ -25,9 +26,15 @@ pub(crate) struct Passage<'a> {
 }
 
 impl Passage<'_> {
-    /// Whether a clearance from an obstacle may be less than required in between, and less than at both ends.
+    /// Whether a clearance from an obstacle may be less than required in between, and less than at both ends; or for a
+    /// contact force, whether there may be one in between alone.
     pub fn may_break(&self, requirement: &Requirement) -> bool {
-        let Some(limit) = requirement.min else { return false };
+        let limit = match requirement.measure {
+            Measure::Clearance => requirement.min,
+            Measure::ContactForce => Some(0.0),
+            _ => None,
+        };
+        let Some(limit) = limit else { return false };
         let obstacles = || {
             let obstacle = |part: &Part| if let Part::Obstacle(o) = *part { Some(o) } else { None };
             requirement.against.iter().filter_map(obstacle)
@@ -133,7 +140,12 @@ impl Passage<'_> {
         }
         let clearance = |x: &Vector| self.clearance(x, (obstacle, radius), limit + arc.length);
         let ends = way.map(|pose| (pose.position, clearance(&pose.position)));
-        let below = limit.min(ends[0].1.min(ends[1].1) - DEEPER * scale) + arc.rise;
+        let least = ends[0].1.min(ends[1].1);
+        if limit == 0.0 && least <= DEEPER * scale {
+            // What touches at one end is known there, and contact keeps it from coming nearer.
+            return false;
+        }
+        let below = limit.min(least - DEEPER * scale) + arc.rise;
         dips(&clearance, ends, below, DEEPER * scale)
     }
 }

@@ -15,7 +15,7 @@ use wireloom_core::conditions::{Conditions, Sliding};
 use wireloom_core::constraint::Action;
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::minimiser::Stop;
-use wireloom_core::requirement::{Measure, Origin, Requirement};
+use wireloom_core::requirement::{Origin, Requirement};
 use wireloom_core::status::Status;
 use wireloom_core::steps::Step;
 use wireloom_core::{EventKind, EventPlace, Moment, Problem};
@@ -357,7 +357,7 @@ impl Driver<'_, '_> {
         }
         let lost_twist = self.lost_twist.clone();
         let status = self.solve_from(&began);
-        if is_balanced(status) && divisible && self.may_break_clearance(&began) {
+        if is_balanced(status) && divisible && self.may_break_distance(&began) {
             // In smaller parts it is seen whether it does.
             self.lost_twist = lost_twist;
             return self.halve(plan, &began, [a, b], cuts);
@@ -381,7 +381,7 @@ impl Driver<'_, '_> {
             plan.apply(&mut self.problem, b);
             return self.certify(status);
         }
-        self.check_clearances();
+        self.check_distances();
         self.advance(plan, middle, b, cuts - 1)
     }
 
@@ -393,7 +393,7 @@ impl Driver<'_, '_> {
         if !is_balanced(half) {
             return half;
         }
-        self.check_clearances();
+        self.check_distances();
         self.advance(plan, middle, b, cuts)
     }
 
@@ -405,23 +405,20 @@ impl Driver<'_, '_> {
         }
     }
 
-    /// Checks the clearances at an equilibrium between two halves. The scenario does not ask for it, so what else it
-    /// may break, such as a straight span that has not buckled yet, does not count.
-    fn check_clearances(&mut self) {
+    /// Checks clearances and contact forces at an equilibrium between two halves. The scenario does not ask for it, so
+    /// what else it may break, such as a straight span that has not buckled yet, does not count.
+    fn check_distances(&mut self) {
         self.check_on_the_way(true);
     }
 
-    /// Whether a clearance that has been kept so far may have been broken on the way through a part that began under
-    /// these conditions.
-    fn may_break_clearance(&self, began: &Conditions) -> bool {
+    /// Whether a clearance or a limit of contact that has been kept so far may have been broken on the way through a
+    /// part that began under these conditions.
+    fn may_break_distance(&self, began: &Conditions) -> bool {
         let (network, now) = (self.problem.network, self.problem.conditions());
         let before = (&self.before, began.contact.poses.as_slice());
         let passage = Passage { network, before, after: (&self.state, now.contact.poses.as_slice()) };
         let sheet = &self.log.sheet;
-        !self.starting
-            && sheet
-                .kept(&network.requirements, self.log.now().step_index)
-                .any(|own| own.measure == Measure::Clearance && passage.may_break(own))
+        !self.starting && sheet.kept(&network.requirements, self.log.now().step_index).any(|own| passage.may_break(own))
     }
 
     /// Solves under the present conditions a part that began under others. Constraints that slipped then are assumed to

@@ -122,10 +122,11 @@ impl Driver<'_, '_> {
     }
 
     /// Checks the requirements, and logs the limits that are broken, at an equilibrium on the way through an increment;
-    /// with `clearances_alone` only clearances count. On the way to the initial equilibrium, increment 0, no state is
+    /// with `distances_alone` only clearances and contact forces count. On the way to the initial equilibrium, increment 0, no state is
     /// one of the harness.
-    pub(super) fn check_on_the_way(&mut self, clearances_alone: bool) {
-        let counts = |own: &Requirement| !clearances_alone || own.measure == Measure::Clearance;
+    pub(super) fn check_on_the_way(&mut self, distances_alone: bool) {
+        let of_distance = |own: &Requirement| matches!(own.measure, Measure::Clearance | Measure::ContactForce);
+        let counts = |own: &Requirement| !distances_alone || of_distance(own);
         let asked = self.all_clearances || self.problem.network.requirements.iter().any(counts);
         if self.log.now().increment > 0 && asked {
             let touching = self.problem.touching_points(&self.state);
@@ -140,7 +141,7 @@ impl Driver<'_, '_> {
             self.check(results, (&cables, &spans), (Here::OnTheWay, false), counts);
             let (log, problem, all) = (&mut self.log, &self.problem, self.all_clearances);
             events::short_clearances(log, problem, &cables, all);
-            if !clearances_alone {
+            if !distances_alone {
                 events::bends(log, &branches);
                 events::constraints(log, problem, &constraints);
             }
