@@ -251,8 +251,8 @@ fn light_cable() -> String {
 fn pressed_by_peg(x: f64, depth: f64, friction: f64, more: &str) -> String {
     let reach = 0.01;
     format!(
-        "{}[[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\nposition = [{x}, 0, {reach}]\norientation = [1, 1, 0, 0]\n\
-         radius = 0.005\nlength = 0.1\nfriction = {friction}\n\
+        "{}[[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\nposition = [{x}, 0, {reach}]\n\
+         orientation = [1, 1, 0, 0]\nradius = 0.005\nlength = 0.1\nfriction = {friction}\n\
          [[steps]]\nname = \"press\"\nincrements = 4\n[[steps.move]]\nobstacle = \"peg\"\n\
          position = [{x}, 0, {}]\n{more}",
         light_cable(),
@@ -283,8 +283,8 @@ fn a_peg_beside_a_node_presses_as_hard_as_one_on_a_node() {
     }
 }
 
-/// A contact point that follows the peg keeps the slip of its friction: pulled by 6 mm, over more than one contact point,
-/// the cable takes the peg along with f N, to the tolerance of contact.
+/// A contact point that follows the peg keeps the slip of its friction: pulled by 6 mm, over more than one contact
+/// point, the cable takes the peg along with f N, to the tolerance of contact.
 #[test]
 fn a_cable_pulled_under_a_rough_peg_drags_it_with_the_force_of_friction() {
     let pull = step("pull", 12, &[("C1", [0.006, 0.0, 0.0]), ("C2", [0.206, 0.0, 0.0])]);
@@ -293,7 +293,8 @@ fn a_cable_pulled_under_a_rough_peg_drags_it_with_the_force_of_friction() {
     assert!((force.x.abs() / force.z.abs() - 0.3).abs() < 3e-3, "{force:?}");
 }
 
-/// A limit of contact once passed with 0 N where a body touched a cable within an increment, but at neither of its ends.
+/// A limit of contact once passed with 0 N where a body touched a cable within an increment, but at neither of its
+/// ends.
 #[test]
 fn a_ball_that_passes_over_a_cable_within_one_increment_breaks_a_limit_of_contact() {
     let text = format!(

@@ -122,8 +122,8 @@ impl Driver<'_, '_> {
     }
 
     /// Checks the requirements, and logs the limits that are broken, at an equilibrium on the way through an increment;
-    /// with `distances_alone` only clearances and contact forces count. On the way to the initial equilibrium, increment 0, no state is
-    /// one of the harness.
+    /// with `distances_alone` only clearances and contact forces count. On the way to the initial equilibrium,
+    /// increment 0, no state is one of the harness.
     pub(super) fn check_on_the_way(&mut self, distances_alone: bool) {
         let of_distance = |own: &Requirement| matches!(own.measure, Measure::Clearance | Measure::ContactForce);
         let counts = |own: &Requirement| !distances_alone || of_distance(own);

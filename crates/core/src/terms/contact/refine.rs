@@ -2,18 +2,19 @@
 //!
 //! Between two contact points an obstacle is nearest to the centre line where the derivative of its distance φ along
 //! the segment is zero. A contact point is added there, and follows that place from one solve to the next: at the
-//! equilibrium the forces and their derivatives are then those of a contact that may be anywhere on the segment, because
-//! φ does not change with the fraction to first order. Straight segments cut the corners of the smooth curve: added
-//! points may be nearer by what a curve of the same curvature lies outside the chord ([`ContactPoint::allowance`]).
-//! Their force is zero where they become necessary, so equilibria depend continuously on what moves.
+//! equilibrium the forces and their derivatives are then those of a contact that may be anywhere on the segment,
+//! because φ does not change with the fraction to first order. Straight segments cut the corners of the smooth curve:
+//! added points may be nearer by what an arc of the same curvature lies outside its chord
+//! ([`ContactPoint::allowance`]). Their force is zero where they become necessary, so equilibria depend continuously on
+//! what moves.
 
 use super::distance_cache::CachedDistance;
 use super::term::ContactTerm;
 use crate::conditions::{ContactPoint, System};
 use crate::{State, Vector};
 
-/// Allowance of an added contact point in units of the height of an arc over its chord: above 1, so that a
-/// cable which lies on a round obstacle touches it at the permanent contact points alone.
+/// Allowance of an added contact point in units of the height of an arc over its chord: above 1, so that a cable which
+/// lies on a round obstacle touches it at the permanent contact points alone.
 const CORNER: f64 = 1.5;
 /// Least allowance, in radii, and least depth below both neighbours at which a contact point is added.
 const LEAST: f64 = 1e-5;
