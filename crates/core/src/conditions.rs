@@ -204,17 +204,9 @@ pub struct ContactPoint {
     pub segment: usize,
     /// Position on the segment as a fraction of its length: 0 at its first node, 1 at its second.
     pub fraction: f64,
-    /// How much nearer to an obstacle than its radius the centre line may come here, m: straight segments cut the
-    /// corners of the smooth curve. 0 at permanent contact points.
-    pub allowance: f64,
 }
 
 impl ContactPoint {
-    /// Contact point without an allowance.
-    pub fn at(branch: usize, segment: usize, fraction: f64) -> Self {
-        Self { branch, segment, fraction, allowance: 0.0 }
-    }
-
     /// Position at `state`, m.
     pub fn position(&self, network: &Network, state: &State) -> Vector {
         let i = network.branches[self.branch].points.start + self.segment;

@@ -638,7 +638,7 @@ impl Problem<'_> {
         self.conditions.contact.records = records;
     }
 
-    /// Adds contact points where the penetration at `state` between two of them exceeds the allowance. Returns whether
+    /// Adds contact points where the penetration at `state` between two of them exceeds the tolerance. Returns whether
     /// any were added.
     pub fn refine_contact_points(&mut self, state: &State) -> bool {
         let system = System { network: self.network, conditions: &self.conditions };
@@ -647,25 +647,6 @@ impl Problem<'_> {
             return false;
         }
         self.conditions.contact.extra.extend(deeper);
-        self.contact.set_extra(&self.conditions.contact.extra);
-        true
-    }
-
-    /// Moves added contact points to where obstacles are nearest at `state`. Returns whether any has moved.
-    pub fn follow_contact_points(&mut self, state: &State) -> bool {
-        let system = System { network: self.network, conditions: &self.conditions };
-        let Some(extra) = self.contact.followed(system, state) else { return false };
-        let anchoring = Anchoring { contact: &self.contact, system, state };
-        let own = self.contact.own_points();
-        let mut records = self.conditions.contact.records.clone();
-        for record in &mut records {
-            let Some(k) = (record.point as usize).checked_sub(own) else { continue };
-            let places = [self.conditions.contact.extra[k], extra[k]];
-            let [from, to] = places.map(|point| point.position(self.network, state));
-            record.anchor = record.anchor.map(|anchor| anchoring.carry(record, &anchor, &(to - from)));
-        }
-        self.conditions.contact.records = records;
-        self.conditions.contact.extra = extra;
         self.contact.set_extra(&self.conditions.contact.extra);
         true
     }

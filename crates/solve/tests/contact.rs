@@ -247,52 +247,6 @@ fn light_cable() -> String {
     )
 }
 
-/// That cable, and a peg above it at `x` that the first step moves down until it presses the cable in by `depth`, m.
-fn pressed_by_peg(x: f64, depth: f64, friction: f64, more: &str) -> String {
-    let reach = 0.01;
-    format!(
-        "{}[[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\nposition = [{x}, 0, {reach}]\n\
-         orientation = [1, 1, 0, 0]\nradius = 0.005\nlength = 0.1\nfriction = {friction}\n\
-         [[steps]]\nname = \"press\"\nincrements = 4\n[[steps.move]]\nobstacle = \"peg\"\n\
-         position = [{x}, 0, {}]\n{more}",
-        light_cable(),
-        reach - depth,
-    )
-}
-
-/// Contact between two contact points once counted from 2 % of the radius of a cable: pegs that pressed it in by 0.2 mm
-/// beside a node had up to 37 % too small forces, while those on a node had the right one. Clamped beam, peg at a from
-/// one end and b from the other: `F = 3 EI δ l³/(a b)³`. The tolerance is the error of 25 segments, 0.7 % on a node.
-/// From one depth to the next forces are smooth: they were not where contact points came and went.
-#[test]
-fn a_peg_beside_a_node_presses_as_hard_as_one_on_a_node() {
-    let presses = |x: f64, depth: f64| {
-        let run = converged(&pressed_by_peg(x, depth, 0.0, ""));
-        run.steps.last().expect("a step").obstacles[0].force.z
-    };
-    for (x, depth) in [(0.104_f64, 2e-4), (0.1013, 1e-4), (0.1013, 2e-4), (0.1013, 2e-3), (0.1045, 2e-4), (0.107, 5e-4)]
-    {
-        let expected = 3.0 * 0.02 * depth * 0.2_f64.powi(3) / (x * (0.2 - x)).powi(3);
-        let force = -presses(x, depth);
-        assert!((force - expected).abs() < 7e-3 * expected, "at {x} by {depth} m: {force} N, {expected} N expected");
-    }
-    let forces: Vec<f64> = (0..8).map(|k| presses(0.1013, 4e-4 + 1e-5 * f64::from(k))).collect();
-    for four in forces.windows(4) {
-        let third = four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0];
-        assert!(third.abs() < 3e-6 * four[0].abs(), "{forces:?}: {third}");
-    }
-}
-
-/// A contact point that follows the peg keeps the slip of its friction: pulled by 6 mm, over more than one contact
-/// point, the cable takes the peg along with f N, to the tolerance of contact.
-#[test]
-fn a_cable_pulled_under_a_rough_peg_drags_it_with_the_force_of_friction() {
-    let pull = step("pull", 12, &[("C1", [0.006, 0.0, 0.0]), ("C2", [0.206, 0.0, 0.0])]);
-    let run = converged(&pressed_by_peg(0.1013, 5e-4, 0.3, &pull));
-    let force = run.steps.last().expect("a step").obstacles[0].force;
-    assert!((force.x.abs() / force.z.abs() - 0.3).abs() < 3e-3, "{force:?}");
-}
-
 /// A limit of contact once passed with 0 N where a body touched a cable within an increment, but at neither of its
 /// ends.
 #[test]

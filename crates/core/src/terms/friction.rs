@@ -93,7 +93,7 @@ impl Anchoring<'_> {
                 let fraction = bond.map_or(0.0, |bond| bond.fraction);
                 let network = self.system.network;
                 Pose {
-                    position: ContactPoint::at(branch, segment, fraction).position(network, self.state),
+                    position: ContactPoint { branch, segment, fraction }.position(network, self.state),
                     orientation: self.state.frames[network.branches[branch].segment_frame(segment)],
                 }
             }
@@ -164,14 +164,6 @@ impl Anchoring<'_> {
         let x = self.local(record.point, &axes, anchor.bond.as_ref());
         let coefficient = self.system.friction_coefficient(record.partner);
         FrictionAnchor { position: anchor.followed(&x, coefficient, self.stiffness(record)), ..*anchor }
-    }
-
-    /// Anchor of a record whose contact point moves along its cable by `motion` (m, world axes): the elongation of the
-    /// spring stays.
-    pub(crate) fn carry(&self, record: &ContactRecord, anchor: &FrictionAnchor, motion: &Vector) -> FrictionAnchor {
-        let axes = self.axes(record.partner, anchor.bond.as_ref());
-        let position = anchor.position + axes.orientation.inverse_transform_vector(motion);
-        FrictionAnchor { position, ..*anchor }
     }
 
     /// Points and frames on which the friction of a record acts, at `lever` from the centre line of the partner.

@@ -13,9 +13,6 @@ const FRICTION_UPDATES: usize = 40;
 /// Largest number of multiplier updates; the increment is cut back if constraints and contact are not satisfied by
 /// then.
 const MULTIPLIER_UPDATES: usize = 40;
-/// Update of the multipliers up to which added contact points follow the nearest places of obstacles. On segments as
-/// long as the distance between supports their allowances may not come to rest.
-const FOLLOWING: usize = MULTIPLIER_UPDATES / 2;
 /// Force tolerance above which the tolerance of contact grows in proportion: such states are intermediate ones.
 const STRICT: f64 = 1e-3;
 
@@ -60,8 +57,7 @@ impl Driver<'_, '_> {
                 && feasible
                 && update < MULTIPLIER_UPDATES
                 && self.lost_twist.is_empty()
-                && (update <= FOLLOWING && self.problem.follow_contact_points(&self.state)
-                    || self.problem.refine_contact_points(&self.state));
+                && self.problem.refine_contact_points(&self.state);
             if refined {
                 continue;
             }
@@ -77,9 +73,6 @@ impl Driver<'_, '_> {
             }
             multipliers::update_constraints(&mut self.problem, &self.state, tolerance, &mut last);
             multipliers::update_contacts(&mut self.problem, &self.state, &mut history);
-            if update <= FOLLOWING {
-                self.problem.follow_contact_points(&self.state);
-            }
         }
         Grade::ITERATION_LIMIT
     }

@@ -370,8 +370,7 @@ impl ContactTerm {
             let s = (de * d.dot(&r) - dd * e.dot(&r)) / square;
             let inside = t > NEAR_POINT && t < 1.0 - NEAR_POINT && (0.0..=1.0).contains(&s);
             if inside && (p + d * t - q - e * s).norm() < radius * (1.0 - CROSSING) {
-                let fraction = point.fraction + (next - point.fraction) * t;
-                found.push(ContactPoint::at(point.branch, point.segment, fraction));
+                found.push(ContactPoint { fraction: point.fraction + (next - point.fraction) * t, ..point });
             }
         }
     }

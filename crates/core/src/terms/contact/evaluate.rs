@@ -16,8 +16,8 @@ pub fn inequality(gap: f64, lambda: f64, rho: f64) -> (f64, f64) {
 }
 
 impl ContactTerm {
-    /// Effective radius of a contact point against an obstacle, m: reduced by its allowance, and near constraints that
-    /// hold the cable nearer than its radius, with a smooth transition (smoothstep).
+    /// Effective radius of a contact point against an obstacle, m: reduced near constraints that hold the cable nearer
+    /// than its radius, with a smooth transition (smoothstep).
     pub(super) fn touch_radius(&self, system: System<'_>, state: &State, point: &ContactPoint, obstacle: u32) -> f64 {
         let branch = &system.network.branches[point.branch];
         let radius = 0.5 * branch.section.diameter;
@@ -27,7 +27,7 @@ impl ContactTerm {
             let t = ((s - held.place.1).abs() / (RUN_OUT * radius)).min(1.0);
             least = least.min(held.distance + (radius - held.distance) * t * t * (3.0 - 2.0 * t));
         }
-        least - point.allowance
+        least
     }
 
     /// Evaluates contact at `state`: finds the contacts with a force, in order, and the approaching ones. Returns the

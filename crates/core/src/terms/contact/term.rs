@@ -130,11 +130,11 @@ impl ContactTerm {
                 let pieces = pieces(*length);
                 spacing = spacing.max(length / pieces);
                 let fraction = |k: usize| k as f64 / pieces;
-                let points = (0..pieces as usize).map(|k| ContactPoint::at(b, segment, fraction(k)));
+                let points = (0..pieces as usize).map(|k| ContactPoint { branch: b, segment, fraction: fraction(k) });
                 contact.points.extend(points);
             }
             contact.spacings.push(spacing);
-            contact.points.push(ContactPoint::at(b, mesh.segments() - 1, 1.0));
+            contact.points.push(ContactPoint { branch: b, segment: mesh.segments() - 1, fraction: 1.0 });
             // Penalties are those of the mean segment.
             let length = mesh.length() / mesh.segments() as f64;
             let pieces = pieces(length);
