@@ -73,6 +73,8 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
         index: &HashMap<&'a str, usize>,
     ) -> Result<Vec<Wire>, ImportError> {
         let mut all = Vec::new();
+        // Outside diameters of cables: one may have very many cores.
+        let mut jackets: HashMap<NodeId, Option<f64>> = HashMap::new();
         // Strands by their occurrence and their element: a cable and its cores may have references of their own.
         let mut seen: HashMap<(NodeId, NodeId), usize> = HashMap::new();
         let routed: HashSet<NodeId> = routes.iter().map(|route| route.wire.id()).collect();
@@ -91,7 +93,14 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             // A cable with a jacket counts whole, wherever one of its cores runs.
             let cable = element.map(whole).filter(|cable| has_parts(*cable));
             let jacket = match cable {
-                Some(cable) => self.outside(cable)?,
+                Some(cable) => match jackets.get(&cable.id()) {
+                    Some(known) => *known,
+                    None => {
+                        let outside = self.outside(cable)?;
+                        jackets.insert(cable.id(), outside);
+                        outside
+                    }
+                },
                 None => None,
             };
             let occurrence = occurrence(wire);
