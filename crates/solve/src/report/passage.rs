@@ -27,11 +27,11 @@ pub(crate) struct Passage<'a> {
 
 impl Passage<'_> {
     /// Whether a clearance from an obstacle may be less than required in between, and less than at both ends; or for a
-    /// contact force, whether there may be one in between alone.
+    /// limit of contact, whether there may be a force in between alone.
     pub fn may_break(&self, requirement: &Requirement) -> bool {
         let limit = match requirement.measure {
             Measure::Clearance => requirement.min,
-            Measure::ContactForce => Some(0.0),
+            Measure::ContactForce => requirement.max.and(Some(0.0)),
             _ => None,
         };
         let Some(limit) = limit else { return false };

@@ -2,7 +2,8 @@
 //!
 //! Every requirement is checked at the end of every increment, and at every equilibrium on the way through one: where a
 //! path has a corner or turns are resolved in parts, where a value changes fast ([`Sheet::parts`]), before a jump,
-//! and where a cable may come nearer to an obstacle in between than at both ends ([`super::passage`]).
+//! and where a cable may come nearer to an obstacle in between than at both ends, or touch it there alone
+//! ([`super::passage`]).
 
 use serde::{Deserialize, Serialize};
 use wireloom_core::equilibrium::RequirementResult;

@@ -5,6 +5,7 @@ use crate::document::{BEND_RADII, DIAMETERS, Wire};
 use crate::wires;
 use crate::xml::{title, words};
 use roxmltree::NodeId;
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 
 /// The way of a wire of the chosen modules.
@@ -93,13 +94,9 @@ impl<'a, 'i> Reader<'a, 'i, '_> {
             // A cable with a jacket counts whole, wherever one of its cores runs.
             let cable = element.map(whole).filter(|cable| has_parts(*cable));
             let jacket = match cable {
-                Some(cable) => match jackets.get(&cable.id()) {
-                    Some(known) => *known,
-                    None => {
-                        let outside = self.outside(cable)?;
-                        jackets.insert(cable.id(), outside);
-                        outside
-                    }
+                Some(cable) => match jackets.entry(cable.id()) {
+                    Entry::Occupied(known) => *known.get(),
+                    Entry::Vacant(new) => *new.insert(self.outside(cable)?),
                 },
                 None => None,
             };
