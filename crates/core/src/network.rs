@@ -650,18 +650,20 @@ impl Network {
             }
             Place::Node { branch, node } => {
                 let b = &self.branches[branch];
-                let point = b.points.start + node;
-                match self.ties.iter().find(|tie| tie.point == point) {
-                    Some(tie) => Site {
-                        point: tie.hub_point,
-                        frame: tie.hub_frame,
-                        local: Pose {
-                            position: tie.offset,
-                            orientation: if tie.hub_frame.is_some() { tie.rest } else { Rotation::identity() },
-                        },
-                    },
-                    None => Site {
-                        point,
+                let end = match node {
+                    0 => b.start,
+                    _ if node == b.rod.mesh().segments() => b.end,
+                    _ => BranchEnd::Free,
+                };
+                match end {
+                    BranchEnd::Joint { joint, arm } => {
+                        let joint = &self.joints[joint];
+                        let at = |arm: &Arm| Pose { position: arm.offset, orientation: arm.rest };
+                        let local = joint.frame.map_or_else(Pose::identity, |_| at(&joint.arms[arm]));
+                        Site { point: joint.point, frame: joint.frame, local }
+                    }
+                    BranchEnd::Free => Site {
+                        point: b.points.start + node,
                         frame: b.rod.mesh().station_frame(node).map(|c| b.frames.start + c),
                         local: Pose::identity(),
                     },

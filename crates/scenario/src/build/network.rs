@@ -208,18 +208,22 @@ impl Scenario {
         registry: &Registry,
         faults: &mut Vec<Fault>,
     ) -> Vec<BranchPlan> {
+        // Whether a branch meets others in a point at its start, and at its end.
+        let mut in_a_point = vec![[false; 2]; self.branches.len()];
+        for (joint, (_, model)) in self.joints.iter().zip(models) {
+            if model.mounting() == Mounting::Point {
+                joint.arms.iter().for_each(|arm| in_a_point[arm.branch][usize::from(!arm.starts_here)] = true);
+            }
+        }
         let mut plans = Vec::new();
         for (index, branch) in self.branches.iter().enumerate() {
             let rest_lengths = layout.branches[index].rest_lengths.clone();
-            let last = rest_lengths.len();
             let mut stations = layout.stations[index].clone();
-            stations.extend([0, last]);
-            for (joint, (_, model)) in self.joints.iter().zip(models) {
-                if model.mounting() != Mounting::Point {
-                    continue;
-                }
-                for arm in joint.arms.iter().filter(|arm| arm.branch == index) {
-                    stations.remove(if arm.starts_here { &0 } else { &last });
+            for (node, in_a_point) in [0, rest_lengths.len()].into_iter().zip(in_a_point[index]) {
+                if in_a_point {
+                    stations.remove(&node);
+                } else {
+                    stations.insert(node);
                 }
             }
             let section = self.sections[branch.section].clone();

@@ -17,8 +17,13 @@ pub(crate) struct Placement<'s> {
 impl<'s> Placement<'s> {
     /// Places a scenario whose branches belong to these `pieces`.
     pub fn new(scenario: &'s Scenario, pieces: &[usize]) -> Self {
+        let mut joints_at = vec![Vec::new(); scenario.branches.len()];
+        for (index, joint) in scenario.joints.iter().enumerate() {
+            joint.arms.iter().for_each(|arm| joints_at[arm.branch].push(index));
+        }
         let mut placed = Placing {
             scenario,
+            joints_at,
             starts: vec![None; scenario.branches.len()],
             joints: vec![None; scenario.joints.len()],
         };
@@ -47,13 +52,10 @@ impl<'s> Placement<'s> {
                 Facing::Orientation(orientation) => orientation * now.orientation.inverse(),
             };
             let motion = Pose { position: position - turn * now.position, orientation: turn };
-            for (branch, start) in placement.starts.iter_mut().enumerate().filter(|(b, _)| pieces[*b] == piece) {
-                *start = motion.compose(start);
-                for (joint, pose) in scenario.joints.iter().zip(&mut placement.joints) {
-                    if joint.arms[0].branch == branch {
-                        *pose = motion.compose(pose);
-                    }
-                }
+            let starts = placement.starts.iter_mut().zip(pieces);
+            let hubs = placement.joints.iter_mut().zip(scenario.joints.iter().map(|own| &pieces[own.arms[0].branch]));
+            for (pose, _) in starts.chain(hubs).filter(|(_, own)| **own == piece) {
+                *pose = motion.compose(pose);
             }
         }
         placement
@@ -81,6 +83,8 @@ pub(crate) fn branch_of(scenario: &Scenario, at: At) -> usize {
 
 struct Placing<'s> {
     scenario: &'s Scenario,
+    /// The joints at each branch.
+    joints_at: Vec<Vec<usize>>,
     starts: Vec<Option<Pose>>,
     joints: Vec<Option<Pose>>,
 }
@@ -95,7 +99,8 @@ impl Placing<'_> {
             }
             self.starts[branch] = Some(start);
             let own = &self.scenario.branches[branch];
-            for (index, joint) in self.scenario.joints.iter().enumerate() {
+            for &index in &self.joints_at[branch] {
+                let joint = &self.scenario.joints[index];
                 if self.joints[index].is_some() {
                     continue;
                 }

@@ -197,21 +197,23 @@ pub(crate) fn refuse_contradictions(scenario: &Scenario, network: &Network) -> V
         // over. A constraint of a step begins at the pose of the cable and moves from there to its given values.
         let mut begins = stage.begins.clone();
         begins.sort_by_key(|constraint| scenario.constraints[*constraint].position.is_none());
+        let mut at_point: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for constraint in &stage.active {
+            at_point.entry(network.constraints[*constraint].site.point).or_default().push(*constraint);
+        }
+        let beside = |constraint: usize| {
+            let here = at_point.get(&network.constraints[constraint].site.point);
+            here.into_iter().flatten().copied().filter(move |other| *other != constraint)
+        };
         for constraint in &begins {
             let given = if stage.step.is_none() { given(scenario, *constraint) } else { (None, None) };
-            targets[*constraint] = begin((network, &bodies), &targets, &stage.active, *constraint, given);
-        }
-        let mut others: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for constraint in &stage.active {
-            others.entry(network.constraints[*constraint].site.point).or_default().push(*constraint);
+            targets[*constraint] = begin((network, &bodies), &targets, beside(*constraint), *constraint, given);
         }
         // Only constraints that begin or move can newly contradict others.
         let mut check = |bodies: &Bodies<'_>, targets: &[Option<Target<'_>>], changed: &[usize]| {
             for one in changed {
-                for other in
-                    others.get(&network.constraints[*one].site.point).into_iter().flatten().filter(|b| *b != one)
-                {
-                    let (a, b) = (*one.min(other), *one.max(other));
+                for other in beside(*one) {
+                    let (a, b) = (other.min(*one), other.max(*one));
                     let Some(what) = contradiction((network, bodies), targets, a, b) else { continue };
                     if reported.insert((a, b)) {
                         faults.push(fault(scenario, a, b, what, &stage.label));
@@ -299,15 +301,15 @@ fn given(scenario: &Scenario, constraint: usize) -> Given {
 fn begin<'n>(
     (network, bodies): (&'n Network, &Bodies<'_>),
     targets: &[Option<Target<'n>>],
-    active: &[usize],
+    at_point: impl Iterator<Item = usize> + Clone,
     constraint: usize,
     (position, facing): Given,
 ) -> Option<Target<'n>> {
     let Action::Prescribed(hold) = network.constraints[constraint].model.action() else { return None };
     let beside = || {
-        let others = active.iter().filter(|other| **other != constraint && same_place(network, constraint, **other));
+        let others = at_point.clone().filter(|other| same_place(network, constraint, *other));
         others.filter_map(|other| {
-            targets[*other].as_ref().map(|target| (bodies.under(network.constraints[*other].mount), target))
+            targets[other].as_ref().map(|target| (bodies.under(network.constraints[other].mount), target))
         })
     };
     let own = bodies.under(network.constraints[constraint].mount).inverse();

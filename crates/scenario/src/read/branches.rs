@@ -13,6 +13,7 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
     let index = names.lengths.len();
     let kind = kinds::read(entry);
     let name = entry.word("name").filter(|name| register(entry, entry.keys.what, &mut names.branches, name, index));
+    names.branch_names.push(name.unwrap_or_default());
     let (from, to) = (entry.word("from"), entry.word("to"));
     for (key, vertex, starts_here) in [("from", from, true), ("to", to, false)] {
         let Some(vertex) = vertex else { continue };

@@ -56,16 +56,12 @@ pub(crate) fn joint<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Option<Join
 fn vertex_joins(entry: &Entry<'_>, name: &str, names: &Names<'_>) -> bool {
     let Some(vertex) = lookup(entry, "vertex", &names.vertices, name, entry.span_of("name")) else { return false };
     if let [(branch, _)] = vertex.ends.as_slice() {
-        let branch = branch_name(names, *branch);
+        let branch = names.branch_names[*branch];
         let message = format!("{} has only the branch \"{branch}\": it is a free end", entry.label);
         entry.fault_at("name", message, "leave the joint out, or let another branch begin or end there");
         return false;
     }
     true
-}
-
-fn branch_name<'a>(names: &Names<'a>, branch: usize) -> &'a str {
-    names.branches.iter().find(|(_, index)| **index == branch).map_or("", |(name, _)| name)
 }
 
 /// What holds an arm to its hub, or all arms of a joint; `other` has what is not given.
@@ -143,7 +139,7 @@ fn refuse_missing_arms(entry: &Entry<'_>, joint: &str, by_branch: &BTreeMap<&str
     let missing: Vec<String> = vertex
         .ends
         .iter()
-        .map(|(branch, _)| branch_name(names, *branch))
+        .map(|(branch, _)| names.branch_names[*branch])
         .filter(|name| !name.is_empty() && !by_branch.contains_key(name))
         .map(|name| format!("\"{name}\""))
         .collect();
@@ -199,7 +195,7 @@ pub(crate) fn refuse_dangling(root: &Entry<'_>, names: &mut Names<'_>) {
             continue;
         }
         let branches: Vec<String> =
-            vertex.ends.iter().map(|(branch, _)| format!("\"{}\"", branch_name(names, *branch))).collect();
+            vertex.ends.iter().map(|(branch, _)| format!("\"{}\"", names.branch_names[*branch])).collect();
         root.reader.fault(
             vertex.span.clone(),
             format!("branches {} meet at \"{name}\", but there is no such joint", listed(&branches)),

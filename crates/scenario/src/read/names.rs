@@ -22,6 +22,8 @@ pub(crate) struct Vertex {
 pub(crate) struct Names<'a> {
     pub sections: BTreeMap<&'a str, usize>,
     pub branches: BTreeMap<&'a str, usize>,
+    /// Name of each branch; empty if it has none of its own.
+    pub branch_names: Vec<&'a str>,
     /// Length of each branch, m; `None` if it is faulty.
     pub lengths: Vec<Option<f64>>,
     pub vertices: BTreeMap<&'a str, Vertex>,
