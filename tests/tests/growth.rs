@@ -223,7 +223,6 @@ fn vec_file(n: usize) -> String {
 #[test]
 fn importing_a_large_vec_file_takes_no_square_of_its_size() {
     let options = Options { max_segment: 0.1, arrangement: Arrangement::Board, ..Options::default() };
-    // The arrangement of the board, which has its own squares at larger sizes, takes little at these.
     no_square("import of VEC", 2000, vec_file, |text| {
         assert!(vec::import(text, &options).is_ok_and(|imported| imported.scenario.len() > 100_000));
     });

@@ -237,11 +237,14 @@ impl Tree {
 
     /// Lays the trunk along x; what it carries turns with it.
     pub fn straighten(&mut self) {
+        let mut turned = vec![0.0; self.limbs.len()];
         for k in 0..self.limbs.len() {
-            if self.limbs[k].trunk {
-                self.turn(k, -self.limbs[k].line.direction, false);
-            }
+            let before = self.limbs[k].parent.map_or(0.0, |parent| turned[parent]);
+            let limb = &mut self.limbs[k];
+            turned[k] = if limb.trunk { -limb.line.direction } else { before };
+            limb.line.direction = wrapped(limb.line.direction + turned[k]);
         }
+        self.place(0, self.limbs.len());
     }
 
     /// Every pair of limbs that breaks the rules, by a sweep along x.

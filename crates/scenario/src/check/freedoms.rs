@@ -55,8 +55,10 @@ fn tied(scenario: &Scenario, pieces: &[usize], stage: &Stage<'_>) -> Vec<usize> 
         let mut on =
             scenario.constraints[*constraint].places().map(|at| pieces[branch_of(scenario, at)]).collect::<Vec<_>>();
         on.sort_unstable();
-        let first = on.first().copied();
-        pieces.iter_mut().filter(|piece| on.contains(piece)).for_each(|piece| *piece = first.unwrap_or(*piece));
+        on.dedup();
+        if let [first, _, ..] = *on {
+            pieces.iter_mut().filter(|piece| on.contains(piece)).for_each(|piece| *piece = first);
+        }
     }
     pieces
 }
