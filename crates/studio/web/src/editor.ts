@@ -2,7 +2,7 @@
 // panels change comes into the text, also while it is being edited, as long as the two do not change the same place.
 import { autocompletion, type CompletionContext, type CompletionResult } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
-import { bracketMatching, HighlightStyle, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
+import { bracketMatching, HighlightStyle, StreamLanguage, syntaxHighlighting, syntaxTree } from "@codemirror/language";
 import { toml } from "@codemirror/legacy-modes/mode/toml";
 import { lintGutter, setDiagnostics, type Diagnostic } from "@codemirror/lint";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
@@ -186,6 +186,7 @@ export class TextPane {
   /** Words of the text: names that are used already, and keys. */
   private complete(context: CompletionContext): CompletionResult | null {
     const word = context.matchBefore(/[\w.-]+/);
+    if (syntaxTree(context.state).resolveInner(context.pos, -1).name === "comment") return null;
     if (!word || (word.from === word.to && !context.explicit)) return null;
     const line = context.state.doc.lineAt(context.pos);
     const inside = (line.text.slice(0, word.from - line.from).match(/"/g)?.length ?? 0) % 2 === 1;
@@ -214,6 +215,9 @@ export class TextPane {
     this.base = document;
     this.theirs = null;
     this.pending = ChangeSet.empty(document.text.length);
+    // A check that is under way is of a text that is gone.
+    clearTimeout(this.timer);
+    this.number++;
     this.showFaults([]);
     // What an earlier page has left stays until it is decided upon.
     if (forget && this.ask.dataset.kept === undefined) this.forget();
