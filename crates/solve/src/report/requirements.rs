@@ -513,9 +513,10 @@ impl<'a> Equilibrium<'a> {
 ///
 /// A cable touches a body at its nodes and some points between them: where it begins to touch is known to a segment of
 /// length h on either side, of the length L of the branch, which is 2 h/L. A body that presses a span of length l
-/// between supports bends a mesh of l/h segments, with an error below (3 h/l)²: found with clamped spans of 4 to 40
-/// segments. A cable that is bent round a body with the radius R has the curvature of its chords, with an error of
-/// (h/R)². The larger one of these two counts.
+/// between supports bends a mesh of l/h segments, with an error below (3 h/l)²: found with clamped spans of 4 to 16
+/// segments that are pressed at a node. A cable that is bent round a body with the radius R has the curvature of its
+/// chords, with an error of (h/R)². The larger one of these two counts. The depth that contact lets a cable into a body
+/// between contact points ([`TOUCHING`]) does not count.
 fn contact_errors(network: &Network, branches: &[BranchResult], spans: &Spans, touching: &[bool]) -> Vec<f64> {
     let touches = |branch: usize, segment: usize| {
         let point = network.branches[branch].points.start + segment;

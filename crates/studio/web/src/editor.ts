@@ -185,8 +185,8 @@ export class TextPane {
 
   /** Words of the text: names that are used already, and keys. */
   private complete(context: CompletionContext): CompletionResult | null {
-    const word = context.matchBefore(/[\w.-]+/);
     if (syntaxTree(context.state).resolveInner(context.pos, -1).name === "comment") return null;
+    const word = context.matchBefore(/[\w.-]+/);
     if (!word || (word.from === word.to && !context.explicit)) return null;
     const line = context.state.doc.lineAt(context.pos);
     const inside = (line.text.slice(0, word.from - line.from).match(/"/g)?.length ?? 0) % 2 === 1;
