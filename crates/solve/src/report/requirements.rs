@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
-use wireloom_core::terms::contact::Against;
+use wireloom_core::terms::contact::{Against, BETWEEN};
 use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
 
 /// Ratio of the length of a span to the distance of its ends up to which it is nearly straight.
@@ -23,8 +23,6 @@ const STRAIGHT: f64 = 1.02;
 /// Factor on Euler's load that no nearly straight span reaches after it has buckled; also room for short, stiff spans,
 /// whose mesh is coarse.
 const BUCKLED: f64 = 1.1;
-/// Depth to which contact lets a cable into what it touches between its contact points, as a fraction of its radius.
-const TOUCHING: f64 = 0.02;
 /// Distance of arc lengths at which they are the same, as a fraction of the length of the branch.
 const SAME_PLACE: f64 = 1e-9;
 /// Distance that a branch moves in an increment in which it is not at rest, as a fraction of its diameter.
@@ -425,7 +423,7 @@ impl<'a> Equilibrium<'a> {
                 let obstacle = Some(obstacle.name.clone());
                 let radius = 0.5 * self.branches[part.branch].diameter;
                 let touches =
-                    self.contact_force(part.branch, Against::Obstacle(o)) > 0.0 && distance.abs() <= TOUCHING * radius;
+                    self.contact_force(part.branch, Against::Obstacle(o)) > 0.0 && distance.abs() <= BETWEEN * radius;
                 let error = (!touches).then(|| self.line_error(part.branch, s));
                 let place = EventPlace { obstacle, ..EventPlace::branch(name, s) };
                 Some(Found { error, ..at(if touches { in_touch(distance, radius) } else { distance }, place) })
@@ -443,7 +441,7 @@ impl<'a> Equilibrium<'a> {
                 let radii = 0.5 * own.map(|(b, _)| self.branches[b].diameter).iter().sum::<f64>();
                 let touches = (self.contact_force(part.branch, Against::Branch(branch)) > 0.0
                     || self.contact_force(branch, Against::Branch(part.branch)) > 0.0)
-                    && pair.distance.abs() <= TOUCHING * radii;
+                    && pair.distance.abs() <= BETWEEN * radii;
                 let error = (!touches).then(|| own.map(|(b, s)| self.line_error(b, s)).iter().sum());
                 let distance = if touches { in_touch(pair.distance, radii) } else { pair.distance };
                 Some(Found { error, ..at(distance, place) })
@@ -515,8 +513,7 @@ impl<'a> Equilibrium<'a> {
 /// length h on either side, of the length L of the branch, which is 2 h/L. A body that presses a span of length l
 /// between supports bends a mesh of l/h segments, with an error below (3 h/l)²: found with clamped spans of 4 to 16
 /// segments that are pressed at a node. A cable that is bent round a body with the radius R has the curvature of its
-/// chords, with an error of (h/R)². The larger one of these two counts. The depth that contact lets a cable into a body
-/// between contact points ([`TOUCHING`]) does not count.
+/// chords, with an error of (h/R)². The larger one of these two counts.
 fn contact_errors(network: &Network, branches: &[BranchResult], spans: &Spans, touching: &[bool]) -> Vec<f64> {
     let touches = |branch: usize, segment: usize| {
         let point = network.branches[branch].points.start + segment;
@@ -550,7 +547,7 @@ fn contact_errors(network: &Network, branches: &[BranchResult], spans: &Spans, t
 /// The distance of surfaces that touch, for a cable of this radius (both of them, between cables), m: that they lie in
 /// each other as far as contact allows is no overlap.
 fn in_touch(distance: f64, radius: f64) -> f64 {
-    if (-TOUCHING * radius..0.0).contains(&distance) { 0.0 } else { distance }
+    if (-BETWEEN * radius..0.0).contains(&distance) { 0.0 } else { distance }
 }
 
 fn at(value: f64, place: EventPlace) -> Found {

@@ -34,6 +34,9 @@ const ITERATIONS: usize = 60;
 const CONVERGED: f64 = 1e-2;
 /// The same where differences of F are not resolved any more: a quarter of a deviation.
 const RESOLVED: f64 = 5e-2;
+/// The same where no shorter step leads to less: F has a kink there, as where a contact or friction changes, and its
+/// derivatives are those of one side; half a deviation.
+const AT_A_KINK: f64 = 0.25;
 /// Step, in units of the unknowns, that changes nothing that could be measured.
 const SMALLEST: f64 = 1e-7;
 /// Change of the scale of the noise, relative to it, that is none.
@@ -398,7 +401,7 @@ fn iterate(
             }
         }
     }
-    Ok(Some(if predicted <= RESOLVED { Ending::Converged } else { Ending::NoStep }))
+    Ok(Some(if predicted <= AT_A_KINK { Ending::Converged } else { Ending::NoStep }))
 }
 
 /// The damped step of the free unknowns, and the decrease of F that it predicts.

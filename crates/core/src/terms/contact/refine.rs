@@ -1,17 +1,24 @@
 //! Refinement: contact points added where the penetration between two of them is deeper.
+//!
+//! Straight segments cut the corners of the smooth curve. What an arc of the same curvature lies outside its chord is no
+//! penetration, so that none is added where a cable lies on a round body.
 
 use super::distance_cache::CachedDistance;
 use super::term::ContactTerm;
 use crate::conditions::{ContactPoint, System};
 use crate::{State, Vector};
 
-/// Depth between contact points, in radii, above which one is added. Smaller depths are within the error of straight
-/// segments, which cut the corners of the smooth curve.
-const BETWEEN: f64 = 0.02;
+/// Depth between contact points beyond that of a chord, in radii, above which one is added; it must be deeper than both
+/// neighbours by as much.
+const TOLERATED: f64 = 1e-3;
+/// Depth between contact points, in radii, above which one is added in any case.
+pub const BETWEEN: f64 = 0.025;
+/// Depth of a chord in units of the height of the arc over it.
+const CORNER: f64 = 1.5;
 /// Least distance of an added contact point from others, as a fraction of the distance between its neighbours.
 const APART: f64 = 0.1;
-/// Steps of the ternary search for the deepest place between two contact points; each reduces the interval by a third.
-const SEARCH: usize = 16;
+/// Steps of the bisection for the nearest place between two contact points.
+const SEARCH: usize = 30;
 
 impl ContactTerm {
     /// Places, in order, where the penetration between two contact points exceeds the tolerance at `state`; searched
@@ -59,8 +66,8 @@ impl ContactTerm {
         others.map(|s| s.fraction).filter(|t| *t > point.fraction).fold(1.0, f64::min)
     }
 
-    /// Deepest place between a contact point and the next one on its segment, if its depth exceeds that of both and the
-    /// tolerance.
+    /// Deepest place between a contact point and the next one on its segment, if its depth exceeds that of a chord and
+    /// that of both by the tolerance.
     fn deepest_between(
         &self,
         system: System<'_>,
@@ -76,49 +83,89 @@ impl ContactTerm {
         let own = |fraction: f64| pose.local(&at(fraction).position(system.network, state));
         let (a, b) = (own(point.fraction), own(next));
         let edge = b - a;
-        let tolerated = radius - BETWEEN * radius;
+        let least = radius - TOLERATED * radius;
         // φ decreases by no more than the distance.
-        if cached.is_beyond(&a, tolerated + edge.norm()) {
+        if cached.is_beyond(&a, least + edge.norm()) {
             return None;
         }
-        // φ and its derivative along the piece.
+        // φ and its normal.
         let nearest = |x: &Vector| {
-            let mut least: Option<(f64, f64)> = None;
+            let mut least: Option<(f64, Vector)> = None;
             shape.touches(x, 2.0 * radius + edge.norm(), &mut |touch| {
                 if least.is_none_or(|(distance, _)| touch.distance < distance) {
-                    least = Some((touch.distance, touch.normal.dot(&edge)));
+                    least = Some((touch.distance, touch.normal));
                 }
             });
             least
         };
-        let (at_a, down) = nearest(&a)?;
+        let (at_a, down) = nearest(&a).map(|(distance, normal)| (distance, normal.dot(&edge)))?;
         if down >= 0.0 {
             return None;
         }
-        let (at_b, up) = nearest(&b)?;
+        let (at_b, up) = nearest(&b).map(|(distance, normal)| (distance, normal.dot(&edge)))?;
         // Along a straight line φ of a convex obstacle is convex, so it is above its tangents.
-        if up <= 0.0 || 0.5 * (at_a + at_b - edge.norm()) >= tolerated {
+        if up <= 0.0 || 0.5 * (at_a + at_b - edge.norm()) >= least {
             return None;
         }
         // at_a + down t = at_b + up (t − 1)
         let meet = (at_b - up - at_a) / (down - up);
-        if at_a + down * meet >= tolerated {
+        if at_a + down * meet >= least {
             return None;
         }
-        let depth = |x: &Vector| shape.distance(x, 2.0 * radius + edge.norm());
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..SEARCH {
-            let (first, second) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-            if depth(&(a + edge * first)) < depth(&(a + edge * second)) {
-                high = second;
-            } else {
-                low = first;
-            }
+            let middle = 0.5 * (low + high);
+            let (_, normal) = nearest(&(a + edge * middle))?;
+            if normal.dot(&edge) < 0.0 { low = middle } else { high = middle }
         }
         let t = 0.5 * (low + high);
-        let deepest = depth(&(a + edge * t));
+        let (distance, normal) = nearest(&(a + edge * t))?;
+        let place = at(point.fraction + (next - point.fraction) * t);
+        // Height of an arc over the chord from one permanent contact point to the next, at the distances a and b from
+        // them: κ a b/2.
+        let length = edge.norm() / (next - point.fraction);
+        let [before, after] = self.permanent_beside(&place).map(|other| length * (place.fraction - other).abs());
+        let curvature = -Self::curvature(system, state, &place).dot(&(pose.orientation * normal));
+        let chord = CORNER * (0.5 * curvature * before * after).max(0.0);
+        let tolerated = (chord + TOLERATED * radius).min(BETWEEN * radius);
         let inside = t > APART && t < 1.0 - APART;
-        (inside && deepest < tolerated && deepest < at_a.min(at_b))
-            .then(|| at(point.fraction + (next - point.fraction) * t))
+        let deep = distance < (radius - tolerated).min(at_a.min(at_b) - TOLERATED * radius);
+        (inside && deep).then_some(place)
+    }
+
+    /// Fractions of the permanent contact points before and after a place on its segment.
+    fn permanent_beside(&self, place: &ContactPoint) -> [f64; 2] {
+        let of = |s: &ContactPoint| (s.branch, s.segment);
+        let own = &self.points[..self.own];
+        let first = own.partition_point(|s| of(s) < of(place));
+        let fractions = own[first..].iter().take_while(|s| of(s) == of(place)).map(|s| s.fraction);
+        let [mut before, mut after] = [0.0, 1.0];
+        for fraction in fractions {
+            if fraction <= place.fraction {
+                before = fraction;
+            } else {
+                after = after.min(fraction);
+            }
+        }
+        [before, after]
+    }
+
+    /// Curvature vector of a branch at a contact point, 1/m.
+    fn curvature(system: System<'_>, state: &State, point: &ContactPoint) -> Vector {
+        let points = &system.network.branches[point.branch].points;
+        let node = |i: usize| state.points[i] + state.compensation[i];
+        // At a node between two segments with directions d₁, d₂: 2 (d₂ − d₁)/(ℓ₁ + ℓ₂).
+        let curvature = |i: usize| {
+            let inside = i > points.start && i + 1 < points.end;
+            inside.then(|| {
+                let (before, after) = (node(i) - node(i - 1), node(i + 1) - node(i));
+                (after.normalize() - before.normalize()) * (2.0 / (before.norm() + after.norm()))
+            })
+        };
+        let i = points.start + point.segment;
+        match (curvature(i), curvature(i + 1)) {
+            (Some(a), Some(b)) => a + (b - a) * point.fraction,
+            (a, b) => a.or(b).unwrap_or_default(),
+        }
     }
 }
