@@ -285,8 +285,8 @@ fn forces_on_a_short_span_of_a_long_cable_lie_within_their_error_on_coarse_meshe
 }
 
 /// A cable was let into a body by 2 % of its radius between contact points: a peg that pressed it in by 0.2 mm there
-/// had 0.056 N instead of 0.096 N, and a limit between them passed. The same clamped span, pressed at contact points and
-/// between them. The tolerance is the depth that is left, 1e-3 of the radius, and 1 % for shear and the mesh.
+/// had 0.056 N instead of 0.096 N, and a limit between them passed. The same clamped span, pressed at contact points
+/// and between them. The tolerance is the depth that is left, 1e-3 of the radius, and 1 % for shear and the mesh.
 #[test]
 fn a_peg_between_contact_points_presses_as_hard_as_at_one() {
     let cable = light_cable();

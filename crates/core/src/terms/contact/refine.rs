@@ -1,7 +1,7 @@
 //! Refinement: contact points added where the penetration between two of them is deeper.
 //!
-//! Straight segments cut the corners of the smooth curve: where a cable lies on a round body, its chords are deeper in it
-//! than the cable by the height of an arc. So much is no penetration.
+//! Straight segments cut the corners of the smooth curve: where a cable lies on a round body, its chords are deeper in
+//! it than the cable by the height of an arc. So much is no penetration.
 
 use super::distance_cache::CachedDistance;
 use super::term::ContactTerm;
