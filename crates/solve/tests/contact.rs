@@ -247,9 +247,31 @@ fn light_cable() -> String {
     )
 }
 
+/// Contact force of a peg that is pressed into a cable along x, and its error, N.
+fn pressed_by_a_peg(cable: &str, x: f64, depth: f64) -> (f64, f64) {
+    let position = |up: f64| format!("position = [{x}, 0, {up}]\n");
+    let text = format!(
+        "{cable}[[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\n{}orientation = [1, 1, 0, 0]\n\
+         radius = 0.005\nlength = 0.1\n[[steps]]\nname = \"press\"\nincrements = 4\n[[steps.move]]\n\
+         obstacle = \"peg\"\n{}[[requirements]]\nname = \"press\"\nquantity = \"contact_force\"\n\
+         of = {{ obstacle = \"peg\" }}\nmax = 2\n",
+        position(0.01),
+        position(0.01 - depth)
+    );
+    let run = converged(&text);
+    let line = run.requirements.into_iter().find(|line| line.measure == Measure::ContactForce).expect("a line");
+    (line.worst.expect("a force"), line.error.expect("an error"))
+}
+
+/// Force (N) for each metre that presses a light cable in, at a distance from one of two clamps that are 0.2 m apart:
+/// `F = 3 EI δ l³/(a b)³`.
+fn clamped_stiffness(a: f64) -> f64 {
+    3.0 * 0.02 * 0.2_f64.powi(3) / (a * (0.2 - a)).powi(3)
+}
+
 /// The error of a contact force once counted the length of segments against that of the branch alone, not of the span
-/// that is pressed. Clamped span of 0.2 m of a cable of 2 m, pressed at nodes: `F = 3 EI δ l³/(a b)³`; 1 % is left for
-/// shear and for the size of the peg.
+/// that is pressed. Clamped span of 0.2 m of a cable of 2 m, pressed at nodes; 1 % is left for shear and for the size
+/// of the peg.
 #[test]
 fn forces_on_a_short_span_of_a_long_cable_lie_within_their_error_on_coarse_meshes() {
     let collar = |name: &str, s: f64| {
@@ -262,20 +284,9 @@ fn forces_on_a_short_span_of_a_long_cable_lie_within_their_error_on_coarse_meshe
     let (depth, collars) = (5e-4, collar("A", 0.9) + &collar("B", 1.1));
     for segment in [0.05, 0.025, 0.0125] {
         let cable = cable.replace("segments = 25", &format!("max_segment = {segment}"));
-        for a in [0.1_f64, 0.05] {
-            let peg = |up: f64| format!("position = [{}, 0, {up}]\n", 0.9 + a);
-            let text = format!(
-                "{cable}{collars}[[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\n{}orientation = [1, 1, 0, 0]\n\
-                 radius = 0.005\nlength = 0.1\n[[steps]]\nname = \"press\"\nincrements = 4\n[[steps.move]]\n\
-                 obstacle = \"peg\"\n{}[[requirements]]\nname = \"press\"\nquantity = \"contact_force\"\n\
-                 of = {{ obstacle = \"peg\" }}\nmax = 2\n",
-                peg(0.01),
-                peg(0.01 - depth)
-            );
-            let run = converged(&text);
-            let line = run.requirements.into_iter().find(|line| line.measure == Measure::ContactForce).expect("a line");
-            let (force, error) = (line.worst.expect("a force"), line.error.expect("an error"));
-            let expected = 3.0 * 0.02 * depth * 0.2_f64.powi(3) / (a * (0.2 - a)).powi(3);
+        for a in [0.1, 0.05] {
+            let (force, error) = pressed_by_a_peg(&format!("{cable}{collars}"), 0.9 + a, depth);
+            let expected = clamped_stiffness(a) * depth;
             assert!(
                 (force - expected).abs() <= error + 0.01 * expected,
                 "segments of {segment} m, at {a} m: {force} ± {error} N, {expected} N expected"
@@ -289,27 +300,15 @@ fn forces_on_a_short_span_of_a_long_cable_lie_within_their_error_on_coarse_meshe
 /// and between them. The tolerance is the depth that is left, 1e-3 of the radius, and 1 % for shear and the mesh.
 #[test]
 fn a_peg_between_contact_points_presses_as_hard_as_at_one() {
-    let cable = light_cable();
     // Contact points are 4 mm apart.
-    for at in [0.1_f64, 0.1002, 0.1006, 0.1013, 0.102, 0.1033] {
+    for a in [0.1, 0.1002, 0.1006, 0.1013, 0.102, 0.1033] {
         for depth in [2e-4, 5e-4, 2e-3] {
-            let peg = |up: f64| format!("position = [{at}, 0, {up}]\n");
-            let text = format!(
-                "{cable}[[obstacles]]\nname = \"peg\"\nshape = \"cylinder\"\n{}orientation = [1, 1, 0, 0]\n\
-                 radius = 0.005\nlength = 0.1\n[[steps]]\nname = \"press\"\nincrements = 4\n[[steps.move]]\n\
-                 obstacle = \"peg\"\n{}[[requirements]]\nname = \"press\"\nquantity = \"contact_force\"\n\
-                 of = {{ obstacle = \"peg\" }}\nmax = 2\n",
-                peg(0.01),
-                peg(0.01 - depth)
-            );
-            let run = converged(&text);
-            let line = run.requirements.into_iter().find(|line| line.measure == Measure::ContactForce).expect("a line");
-            let force = line.worst.expect("a force");
-            let by_depth = 3.0 * 0.02 * 0.2_f64.powi(3) / (at * (0.2 - at)).powi(3);
+            let (force, _) = pressed_by_a_peg(&light_cable(), a, depth);
+            let stiffness = clamped_stiffness(a);
             assert!(
-                (force / by_depth - depth).abs() <= 1e-3 * 0.005 + 0.01 * depth,
-                "{depth} m at {at} m: {force} N, {} N expected",
-                by_depth * depth
+                (force / stiffness - depth).abs() <= 1e-3 * 0.005 + 0.01 * depth,
+                "{depth} m at {a} m: {force} N, {} N expected",
+                stiffness * depth
             );
         }
     }

@@ -551,6 +551,46 @@ mod tests {
         assert!(found.ending == Ending::Converged && found.iterations == 1, "{found:?}");
     }
 
+    /// One point at `least + |θ|`, with the derivative of θ > 0 at 0.
+    struct Kink {
+        least: f64,
+    }
+
+    impl Model for Kink {
+        type Reference = ();
+
+        fn reference(&self) {}
+
+        fn set_reference(&mut self, (): ()) {}
+
+        fn compute(
+            &mut self,
+            theta: &DVector<f64>,
+            wanted: &mut dyn FnMut(&DVector<f64>) -> bool,
+        ) -> Result<Computed, Stopped> {
+            let x = theta[0];
+            let residuals = DVector::from_element(1, self.least + x.abs());
+            let slope = if x < 0.0 { -1.0 } else { 1.0 };
+            let jacobian = wanted(&residuals).then(|| DMatrix::from_element(1, 1, slope));
+            Ok(Some((residuals, jacobian)))
+        }
+    }
+
+    /// At a kink no step is better, whatever the derivatives promise: `least` deviations here. A bending test whose
+    /// friction and contact leave such kinks was said not to be converged at 0.4 of a deviation.
+    #[test]
+    fn at_a_kink_a_fit_has_converged_if_derivatives_promise_half_a_deviation_at_most() {
+        let problem = Problem {
+            points: Points { ranges: vec![0..1], noise: Some(1.0), least_noise: 1e-9 },
+            bounds: vec![[-7.0, 7.0]],
+            ..problem()
+        };
+        for (least, ending) in [(0.4, Ending::Converged), (0.6, Ending::NoStep)] {
+            let found = minimised(&problem, &[0.0], &mut Kink { least }).expect("the start can be computed");
+            assert_eq!((found.ending, found.theta[0]), (ending, 0.0), "{least}");
+        }
+    }
+
     /// One point at (θ² − 1)(θ² − 1) + tilt (θ − 1)², and one that is always `noise` off: minima near θ = −1 and 1.
     struct TwoValleys {
         tilt: f64,

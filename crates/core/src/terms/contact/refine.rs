@@ -56,14 +56,19 @@ impl ContactTerm {
         self.next = self.points.iter().map(|point| self.next_fraction(point)).collect();
     }
 
-    /// Fraction of the next contact point on the segment; the permanent ones are in order.
+    /// Fractions of the permanent contact points on the segment of a contact point, in order.
+    fn permanent_on_segment(&self, point: &ContactPoint) -> impl Iterator<Item = f64> {
+        let place = (point.branch, point.segment);
+        let own = &self.points[..self.own];
+        let first = own.partition_point(|s| (s.branch, s.segment) < place);
+        own[first..].iter().take_while(move |s| (s.branch, s.segment) == place).map(|s| s.fraction)
+    }
+
+    /// Fraction of the next contact point on the segment.
     fn next_fraction(&self, point: &ContactPoint) -> f64 {
-        let place = |s: &ContactPoint| (s.branch, s.segment);
-        let (own, added) = self.points.split_at(self.own);
-        let first = own.partition_point(|s| place(s) < place(point));
-        let others = own[first..].iter().take_while(|s| place(s) == place(point));
-        let others = others.chain(added.iter().filter(|s| place(s) == place(point)));
-        others.map(|s| s.fraction).filter(|t| *t > point.fraction).fold(1.0, f64::min)
+        let added = self.points[self.own..].iter().filter(|s| (s.branch, s.segment) == (point.branch, point.segment));
+        let others = self.permanent_on_segment(point).chain(added.map(|s| s.fraction));
+        others.filter(|t| *t > point.fraction).fold(1.0, f64::min)
     }
 
     /// Deepest place between a contact point and the next one on its segment, if its depth exceeds that of a chord and
@@ -124,30 +129,17 @@ impl ContactTerm {
         // Height of an arc over the chord from one permanent contact point to the next, at the distances a and b from
         // them: κ a b/2.
         let length = edge.norm() / (next - point.fraction);
-        let [before, after] = self.permanent_beside(&place).map(|other| length * (place.fraction - other).abs());
+        let (before, after) = self.permanent_on_segment(&place).fold((0.0, 1.0), |(before, after), t| match t {
+            t if t <= place.fraction => (t, after),
+            t => (before, f64::min(after, t)),
+        });
+        let [before, after] = [place.fraction - before, after - place.fraction].map(|part| part * length);
         let curvature = -Self::curvature(system, state, &place).dot(&(pose.orientation * normal));
         let chord = CORNER * (0.5 * curvature * before * after).max(0.0);
         let tolerated = (chord + TOLERATED * radius).min(BETWEEN * radius);
         let inside = t > APART && t < 1.0 - APART;
         let deep = distance < (radius - tolerated).min(at_a.min(at_b) - TOLERATED * radius);
         (inside && deep).then_some(place)
-    }
-
-    /// Fractions of the permanent contact points before and after a place on its segment.
-    fn permanent_beside(&self, place: &ContactPoint) -> [f64; 2] {
-        let of = |s: &ContactPoint| (s.branch, s.segment);
-        let own = &self.points[..self.own];
-        let first = own.partition_point(|s| of(s) < of(place));
-        let fractions = own[first..].iter().take_while(|s| of(s) == of(place)).map(|s| s.fraction);
-        let [mut before, mut after] = [0.0, 1.0];
-        for fraction in fractions {
-            if fraction <= place.fraction {
-                before = fraction;
-            } else {
-                after = after.min(fraction);
-            }
-        }
-        [before, after]
     }
 
     /// Curvature vector of a branch at a contact point, 1/m.
