@@ -581,7 +581,7 @@ mod tests {
     #[test]
     fn at_a_kink_a_fit_has_converged_if_derivatives_promise_half_a_deviation_at_most() {
         let problem = Problem {
-            points: Points { ranges: vec![0..1], noise: Some(1.0), least_noise: 1e-9 },
+            points: Points { ranges: (0..1).map(|k| k..k + 1).collect(), noise: Some(1.0), least_noise: 1e-9 },
             bounds: vec![[-7.0, 7.0]],
             ..problem()
         };
