@@ -135,10 +135,11 @@ impl Envelope {
         let width = SIDE as f64 * self.cell;
         let block = |x: Vector| x.map(|x| (x / width).floor() as i32);
         let [a, b, c] = triangle.corners;
-        let (low, high) = (block(a.inf(&b).inf(&c).add_scalar(-reach)), block(a.sup(&b).sup(&c).add_scalar(reach)));
-        for i in low.x..=high.x {
-            for j in low.y..=high.y {
-                for k in low.z..=high.z {
+        let (low, high) = (a.inf(&b).inf(&c).add_scalar(-reach), a.sup(&b).sup(&c).add_scalar(reach));
+        let (first, last) = (block(low), block(high));
+        for i in first.x..=last.x {
+            for j in first.y..=last.y {
+                for k in first.z..=last.z {
                     let corner = Vector::new(f64::from(i), f64::from(j), f64::from(k)) * width;
                     let half = 0.5 * (width - self.cell);
                     if triangle.distance(&corner.add_scalar(half)) > reach + half * 3.0_f64.sqrt() {
@@ -148,12 +149,20 @@ impl Envelope {
                         return Err(TooFine { cell: self.cell });
                     }
                     let block = self.blocks.entry([i, j, k]).or_insert_with(|| Box::new([BAND as f32; SIDE.pow(3)]));
-                    for (n, phi) in block.iter_mut().enumerate() {
-                        // Deep inside, the depth is not needed.
-                        if *phi > -BAND as f32 {
-                            let at = [n % SIDE, n / SIDE % SIDE, n / (SIDE * SIDE)].map(|m| m as f64 * self.cell);
-                            let distance = triangle.distance(&(corner + Vector::from(at)));
-                            *phi = phi.min(((distance - radius) / self.cell) as f32);
+                    // Points within reach of the box around the triangle: the others are too far away.
+                    let near = |d: usize| {
+                        let [from, to] = [low[d], high[d]].map(|end| (end - corner[d]) / self.cell);
+                        from.ceil() as usize..(to.floor() as usize).min(SIDE - 1) + 1
+                    };
+                    for (z, y) in near(2).flat_map(|z| near(1).map(move |y| (z, y))) {
+                        for x in near(0) {
+                            let phi = &mut block[x + SIDE * (y + SIDE * z)];
+                            // Deep inside, the depth is not needed.
+                            if *phi > -BAND as f32 {
+                                let at = [x, y, z].map(|m| m as f64 * self.cell);
+                                let distance = triangle.distance(&(corner + Vector::from(at)));
+                                *phi = phi.min(((distance - radius) / self.cell) as f32);
+                            }
                         }
                     }
                 }
