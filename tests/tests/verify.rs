@@ -167,11 +167,15 @@ fn what_should_be_kept_decides_nothing() {
 #[test]
 fn a_requirement_that_nothing_was_checked_on_is_no_pass() {
     let moving = bend("20 mm", "motion = \"moving\"\nsteps = [\"out\"]\n");
-    let (_, ended) = verify(&there_and_back(0.4, &moving), &[]);
+    let (place, ended) = verify(&there_and_back(0.4, &moving), &[]);
     ended.says(4, &[]);
     let never = line(&ended, &["loop"]);
     assert!(never.starts_with("not checked") && never.contains("it did not move"), "{ended:#?}");
     line(&ended, &["verdict: UNRESOLVED: "]);
+    // The summary of a run, which leaves out what is kept, names it beside its verdict.
+    let ended = place.run(&["run", "s.toml"]);
+    line(&ended, &["verdict: UNRESOLVED: "]);
+    line(&ended, &["not checked: `loop`: it did not move in these steps"]);
 }
 
 /// Whether the run converged comes first: its sheet is not that of the whole assembly.

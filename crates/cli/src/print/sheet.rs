@@ -1,7 +1,7 @@
 //! The sheet of requirements: all of it, or the worst of it.
 
 use crate::print::table::Columns;
-use crate::print::text::counted;
+use crate::print::text::{counted, printable};
 use std::io::{self, Write};
 use wireloom::export::sheet::{Line, headline, is_open, sorted};
 use wireloom::result::{RequirementResult, Verdict};
@@ -34,10 +34,18 @@ pub fn print(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     status(run, "", out)
 }
 
-/// Prints the verdict, and the requirements that fail or are unresolved, the worst first; of a run that did not
-/// converge those that fail, since all others are unresolved.
+/// Prints the verdict, what was not checked, and the requirements that fail or are unresolved, the worst first; of a run
+/// that did not converge those that fail, since all others are unresolved.
 pub fn brief(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     verdict(run, out)?;
+    let unchecked: Vec<&RequirementResult> =
+        run.requirements.iter().filter(|line| line.verdict == Verdict::NotChecked).collect();
+    for line in unchecked.iter().take(WORST) {
+        writeln!(out, "not checked: `{}`: {}", printable(&line.name), line.reason.as_deref().unwrap_or_default())?;
+    }
+    if unchecked.len() > WORST {
+        writeln!(out, "({} more not checked: see result.json)", unchecked.len() - WORST)?;
+    }
     let converged = run.status() == Status::Converged;
     let shown = |line: &&RequirementResult| if converged { is_open(line) } else { line.verdict == Verdict::Fail };
     let open: Vec<&RequirementResult> = sorted(&run.requirements).into_iter().filter(shown).collect();
