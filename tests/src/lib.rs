@@ -27,7 +27,8 @@ fn profile_folder() -> PathBuf {
     test.ancestors().nth(2).expect("tests lie in <profile>/deps").to_path_buf()
 }
 
-/// The binary `wireloom`, built with the profile of the tests: what they see is what the sources say.
+/// The binary `wireloom`, built with the profile of the tests: what they see is what the sources say. Beside it lie the
+/// plugins of the workspace.
 ///
 /// # Panics
 /// If it cannot be built.
@@ -36,7 +37,9 @@ pub fn program() -> &'static Path {
     PROGRAM.get_or_init(|| {
         let folder = profile_folder();
         let mut build = cargo();
-        build.args(["build", "--quiet", "--package", "wireloom-cli"]);
+        // One test among the targets: then all crates have the features that they have in `cargo test --workspace`, and
+        // none is compiled twice.
+        build.args(["build", "--quiet", "--workspace", "--lib", "--bin", "wireloom", "--test", "header"]);
         if folder.ends_with("release") {
             build.arg("--release");
         }

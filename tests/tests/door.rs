@@ -50,15 +50,16 @@ fn the_sheet_of_the_door_fails_in_middle_steps_though_its_end_is_fine() {
 
 #[test]
 fn every_point_of_the_doors_sweep_says_what_a_single_run_says() {
-    let text = text();
+    // A quarter of its points, spread over the same ranges.
+    let text = text().replace("samples = 200", "samples = 50");
     let (_, rows) = wireloom::sweep::run(&text, &NoFiles, &wireloom::registry()).unwrap_or_else(|f| panic!("{f:?}"));
-    assert_eq!(rows.len(), 200);
+    assert_eq!(rows.len(), 50);
     assert!(rows.iter().all(|row| row.status == "converged" && row.verdict == Some(Verdict::Fail)));
     let (scenario, built) = wireloom::load(&text, &wireloom::registry()).unwrap_or_else(|faults| panic!("{faults:?}"));
     let sweep = scenario.sweep.expect("a sweep");
     // The section of the tube has two limits, and the sweep a column for each.
     let names = built.network.requirement_names();
-    for k in [0, 47, 111, 199] {
+    for k in [0, 17, 32, 49] {
         let (row, single) = (&rows[k], run(&text, &sweep.settings(k)));
         assert_eq!((row.verdict, row.sheet.len()), (Some(single.verdict()), single.requirements.len()), "{k}");
         for ((swept, own), name) in row.sheet.iter().zip(&single.requirements).zip(&names) {

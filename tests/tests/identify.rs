@@ -317,7 +317,8 @@ fn a_search_that_is_stopped_calls_nothing_known() {
 
 #[test]
 fn the_truth_of_a_tree_on_springs_lies_in_the_interval_of_95_per_cent() {
-    // As for the hanging cable above, with noise of 1 mm and six markers; starts are wrong by factors of 2 to 5.
+    // As for the hanging cable above, with noise of 1 mm and six markers; starts are wrong by factors of 2 to 5. Of 40
+    // intervals that hold with 95 %, fewer than 34 do in one of 300 such tests.
     let [text, _] = tree_of_the_repository();
     let keys = of(&["sections.trunk.bending_stiffness", "sections.arm.bending_stiffness"]);
     let truth = [0.011, 0.031];
@@ -328,7 +329,7 @@ fn the_truth_of_a_tree_on_springs_lies_in_the_interval_of_95_per_cent() {
     let registry = wireloom::registry();
     let mut random = fastrand::Rng::with_seed(5);
     let mut within = [0; 2];
-    for seed in 0..100 {
+    for seed in 0..40 {
         let mut start = text.replace("\"0.024 N m^2\"", "0.008");
         for (key, truth) in keys.iter().zip(truth) {
             let factor = [0.2, 0.35, 0.5, 2.0, 3.0, 5.0][random.usize(0..6)];
@@ -343,7 +344,7 @@ fn the_truth_of_a_tree_on_springs_lies_in_the_interval_of_95_per_cent() {
             within[k] += usize::from((low..=high).contains(&truth[k]));
         }
     }
-    assert!(within.iter().all(|n| (90..=100).contains(n)), "{within:?}");
+    assert!(within.iter().all(|n| (34..=40).contains(n)), "{within:?}");
 }
 
 #[test]

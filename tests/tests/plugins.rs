@@ -6,9 +6,8 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use std::sync::OnceLock;
 use tempfile::TempDir;
-use wireloom_tests::{cargo, program, root};
+use wireloom_tests::{program, root};
 
 #[path = "plugins/callable.rs"]
 mod callable;
@@ -93,26 +92,7 @@ fn compile_cpp(source: &Path, library: &Path, more: &[&str]) -> Checked {
 
 /// The library of a plugin in Rust, built with the profile of the tests.
 fn library(package: &str) -> PathBuf {
-    static BUILT: OnceLock<()> = OnceLock::new();
-    let folder = program().parent().expect("a folder");
-    BUILT.get_or_init(|| {
-        let mut build = cargo();
-        build.args([
-            "build",
-            "--quiet",
-            "--package",
-            "cable-tie",
-            "--package",
-            "hinge-guide",
-            "--package",
-            "softening-bundle",
-        ]);
-        if folder.ends_with("release") {
-            build.arg("--release");
-        }
-        assert!(build.status().is_ok_and(|status| status.success()), "the plugins cannot be built");
-    });
-    folder.join(format!(
+    program().with_file_name(format!(
         "{}{}{}",
         std::env::consts::DLL_PREFIX,
         package.replace('-', "_"),

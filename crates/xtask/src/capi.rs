@@ -1,6 +1,6 @@
 //! The C library: builds and installs it.
 
-use crate::run::{command, root, step, target};
+use crate::run::{as_tested, command, root, step, target};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -25,10 +25,11 @@ pub fn install(arguments: &[&str]) -> Result<(), String> {
         return Err("the C library is installed on Linux only so far".to_owned());
     }
     let folder = folder.map_or_else(|| target().join("capi"), |folder| root().join(folder));
-    // The tests build the program, too: in one build with it the crates below have the same features.
-    let further: &[&str] = if debug { &["--package", "wireloom-cli"] } else { &["--release"] };
-    let build = [&["build", "--quiet", "--package", "wireloom-capi"], further].concat();
-    step("the C library", &mut command("cargo", &build))?;
+    if debug {
+        as_tested("the C library")?;
+    } else {
+        step("the C library", &mut command("cargo", &["build", "--quiet", "--release", "--package", "wireloom-capi"]))?;
+    }
     let library = target().join(if debug { "debug" } else { "release" }).join("libwireloom_capi.a");
     copy(&library, &folder).map_err(|error| format!("the C library cannot be installed: {error}"))?;
     link(&folder.join("lib"), debug)?;

@@ -1,6 +1,6 @@
 //! The Python package: its wheel, its tests, its types.
 
-use crate::run::{command, root, step, target};
+use crate::run::{as_tested, command, root, step, target};
 use crate::tools;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs;
@@ -12,17 +12,14 @@ const PACKAGE: &str = "crates/python";
 /// Packs and tests the package alone.
 pub fn package() -> Result<(), String> {
     let python = tools::python().ok_or("no Python to install the package into")?;
-    step("the program, whose results the tests compare", &mut command("cargo", &["build", "--quiet", "--workspace"]))?;
     test(&python)
 }
 
 /// Packs the package, installs it into the virtual environment of `python`, and runs its tests.
 pub fn test(python: &str) -> Result<(), String> {
     tools::packing(python)?;
-    // With the features of the tests everything but PyO3 and the package itself is compiled already. `maturin build`
-    // sees the package alone and would compile most crates again.
-    let build = ["build", "--quiet", "--workspace", "--lib", "--tests"];
-    step("the compiled part of the Python package", &mut command("cargo", &build))?;
+    // `maturin build` sees the package alone and would compile most crates again.
+    as_tested("the compiled part of the Python package, and the program whose results its tests compare")?;
     let stage = stage();
     let wheels = target().join("tools/wheel");
     collect(&stage).map_err(|error| format!("the files of the Python package: {error}"))?;

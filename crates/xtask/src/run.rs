@@ -27,6 +27,13 @@ pub fn step(why: &str, command: &mut Command) -> Result<(), String> {
     report(why, command, |command| Ok((command.status()?, String::new())))
 }
 
+/// Builds the program and all libraries as `cargo test --workspace` has them: with one test among the targets all
+/// crates have the same features, so that none is compiled twice.
+pub fn as_tested(why: &str) -> Result<(), String> {
+    let build = ["build", "--quiet", "--workspace", "--lib", "--bin", "wireloom", "--test", "header"];
+    step(why, &mut command("cargo", &build))
+}
+
 /// Runs a step of tests. Their failures are printed again at the end: a log may be cut to its last lines.
 pub fn tests(why: &str, command: &mut Command) -> Result<(), String> {
     report(why, command, |command| {
