@@ -34,8 +34,8 @@ pub fn print(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     status(run, "", out)
 }
 
-/// Prints the verdict, what was not checked, and the requirements that fail or are unresolved, the worst first; of a run
-/// that did not converge those that fail, since all others are unresolved.
+/// Prints the verdict, what was not checked, and the requirements that fail or are unresolved, the worst first; of a
+/// run that did not converge those that fail, since all others are unresolved.
 pub fn brief(run: &Run, out: &mut dyn Write) -> io::Result<()> {
     verdict(run, out)?;
     let unchecked: Vec<&RequirementResult> =
