@@ -3,6 +3,7 @@
 use crate::json::Provenance;
 use std::io::{self, Write};
 use wireloom_core::equilibrium::{Run, StepResult};
+use wireloom_core::identity::Identities;
 use wireloom_core::obstacle::{Obstacle, Surface};
 use wireloom_core::steps::Schedule;
 
@@ -78,6 +79,8 @@ pub struct Increment<'a> {
     pub end: &'a StepResult,
     /// The obstacles.
     pub surroundings: &'a Surroundings,
+    /// Part numbers and the like.
+    pub identities: &'a Identities,
 }
 
 /// A run that has ended, or has come so far.

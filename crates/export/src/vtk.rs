@@ -8,6 +8,7 @@ use crate::xml::escape;
 use std::io::{self, BufWriter, Write};
 use wireloom_core::Vector;
 use wireloom_core::equilibrium::{ArmFriction, BranchResult, Run, StepResult};
+use wireloom_core::identity::{Identified, Identities};
 use wireloom_core::obstacle::Surface;
 use wireloom_core::requirement::Violation;
 
@@ -16,12 +17,13 @@ use wireloom_core::requirement::Violation;
 /// The field data has the `status` of the increment and the `violations` of requirements at its end, a sentence each;
 /// the verdict on the whole run is in `result.json`. The array `set d1 d2 d3 [1/m]` is there where a section slips or
 /// yields, `set at joint d1 d2 d3 [rad]` where an arm slips on its hub: at the node at the joint. Branches with fewer
-/// than two nodes are omitted; the cell array `branch` holds the index of the branch in the scenario. Point arrays
-/// carry their units in their names; `bend limit/radius` is NaN where a branch has no limit.
+/// than two nodes are omitted; the cell arrays `branch` and `name` hold the index of the branch in the scenario and its
+/// name, and `part` its part number, where any branch has one. Point arrays carry their units in their names; `bend
+/// limit/radius` is NaN where a branch has no limit.
 ///
 /// # Errors
 /// Those of `out`; `InvalidInput` where a branch's vectors differ in length.
-pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
+pub fn write(step: &StepResult, identities: &Identities, out: &mut impl Write) -> io::Result<()> {
     let mut data = Data { field: field(step), ..Data::default() };
     let friction = step.branches.iter().any(|branch| branch.friction.is_some());
     let arms: Vec<&ArmFriction> = step.joints.iter().flat_map(|joint| &joint.friction).collect();
@@ -29,6 +31,8 @@ pub fn write(step: &StepResult, out: &mut impl Write) -> io::Result<()> {
         let n = node_count(branch)?;
         if n >= 2 {
             data.push(index as i64, branch, n);
+            let identity = identities.find(Identified::Branch, &branch.name);
+            data.parts.push(identity.and_then(|identity| identity.part.clone()).unwrap_or_default());
             if friction {
                 let set = |i| branch.friction.as_ref().map_or_else(Vector::zeros, |friction| friction.set[i]);
                 data.set.extend((0..n).flat_map(|i| <[f64; 3]>::from(set(i))));
@@ -145,6 +149,9 @@ struct Data {
     connectivity: Vec<i64>,
     offsets: Vec<i64>,
     branch: Vec<i64>,
+    names: Vec<String>,
+    /// Part numbers; empty words where there is none.
+    parts: Vec<String>,
 }
 
 /// Status and violations of an increment as field data.
@@ -214,6 +221,7 @@ impl Data {
         self.connectivity.extend(first..end);
         self.offsets.push(end);
         self.branch.push(index);
+        self.names.push(branch.name.clone());
     }
 
     fn write(&self, out: &mut impl Write) -> io::Result<()> {
@@ -243,6 +251,10 @@ impl Data {
         }
         writeln!(out, "</PointData>\n<CellData>")?;
         out.write_all(appended.integers("branch", &self.branch).as_bytes())?;
+        out.write_all(strings("name", &self.names).as_bytes())?;
+        if self.parts.iter().any(|part| !part.is_empty()) {
+            out.write_all(strings("part", &self.parts).as_bytes())?;
+        }
         writeln!(out, "</CellData>\n<Points>")?;
         out.write_all(appended.floats("Points", 3, &self.points).as_bytes())?;
         writeln!(out, "</Points>\n<Lines>")?;
@@ -316,8 +328,8 @@ impl Format for Vtk {
     }
 
     fn at_increment<'a>(&self, ended: &'a Increment<'a>) -> Vec<File<'a>> {
-        let Increment { number, end, surroundings } = *ended;
-        let harness = File::new(harness_file(number), |mut out| write(end, &mut out));
+        let Increment { number, end, surroundings, identities } = *ended;
+        let harness = File::new(harness_file(number), |mut out| write(end, identities, &mut out));
         let bodies = |name: String, moving: bool| {
             File::new(name, move |mut out| write_surfaces(&surroundings.surfaces(end, moving), &mut out))
         };
@@ -345,7 +357,7 @@ impl Format for Vtk {
 
     fn at_hand<'a>(&self, ended: &'a Ended<'a>) -> Vec<File<'a>> {
         let Some(end) = ended.run.steps.last() else { return vec![] };
-        let harness = File::new(HARNESS, |mut out| write(end, &mut out));
+        let harness = File::new(HARNESS, |mut out| write(end, &ended.run.identities, &mut out));
         let bodies = |mut out: &mut dyn Write| write_surfaces(&ended.surroundings.all_surfaces(end), &mut out);
         let some = !ended.surroundings.obstacles().is_empty();
         [Some(harness), some.then(|| File::new(OBSTACLES, bodies))].into_iter().flatten().collect()

@@ -1,11 +1,13 @@
 //! The files of a run that its scenario's `[output]` asks for, written when they are asked for. What a file needs of
 //! every increment is kept during the run.
 
+use std::sync::Arc;
 use wireloom::export::catalogue::FORMATS;
 use wireloom::export::format::{Ended, Format, Increment, Surroundings};
 use wireloom::export::json::Provenance;
 use wireloom::geometry::Vector;
 use wireloom::harness::{Obstacle, Surface};
+use wireloom::result::Identities;
 use wireloom::scenario::{Built, Output, Scenario};
 use wireloom::session::{Checkpoint, Monitor, Progress};
 use wireloom::shapes::swept::Envelope;
@@ -20,6 +22,7 @@ pub struct Recipe {
     texts: Vec<(String, String)>,
     provenance: Provenance,
     surroundings: Surroundings,
+    identities: Arc<Identities>,
     /// For each branch, its points in a state and its radius, m.
     branches: Vec<(std::ops::Range<usize>, f64)>,
 }
@@ -46,6 +49,7 @@ impl Recipe {
             provenance: wireloom::export::provenance(PROGRAM, scenario, &texts, hashed, &[]),
             texts,
             surroundings: Surroundings::of_run(built.network.obstacles.clone(), &built.schedule),
+            identities: built.schedule.identities.clone(),
             branches: branches.map(|branch| (branch.points.clone(), 0.5 * branch.section.diameter)).collect(),
         }
     }
@@ -88,7 +92,8 @@ impl Made {
 
     /// Keeps what files need of an increment.
     pub fn see(&mut self, recipe: &Recipe, progress: &Progress, end: &StepResult) {
-        let ended = Increment { number: self.times.len() + 1, end, surroundings: &recipe.surroundings };
+        let Recipe { surroundings, identities, .. } = recipe;
+        let ended = Increment { number: self.times.len() + 1, end, surroundings, identities };
         for file in recipe.asked().flat_map(|format| format.at_increment(&ended)) {
             let (name, mut bytes) = (file.name.clone(), vec![]);
             let written = file.write(&mut bytes).map(|()| bytes).map_err(|error| error.to_string());

@@ -110,6 +110,7 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
             texts,
             provenance,
             Surroundings::of_run(built.network.obstacles.clone(), &built.schedule),
+            built.schedule.identities.clone(),
             standing.times,
         ),
         keeper,

@@ -4,10 +4,12 @@
 use crate::failure::Failure;
 use crate::files::folder::Folder;
 use crate::program::{PROGRAM, machine, now};
+use std::sync::Arc;
 use wireloom::export::catalogue::FORMATS;
 use wireloom::export::format::{Ended, Format, Increment, Surroundings};
 use wireloom::export::json::Provenance;
 use wireloom::harness::Surface;
+use wireloom::result::Identities;
 use wireloom::scenario::{Built, Output};
 use wireloom::session::Progress;
 use wireloom::{Run, StepResult};
@@ -24,6 +26,7 @@ pub struct Results {
     texts: Vec<(String, String)>,
     provenance: Provenance,
     surroundings: Surroundings,
+    identities: Arc<Identities>,
     times: Vec<f64>,
 }
 
@@ -41,9 +44,10 @@ impl Results {
         texts: Vec<(String, String)>,
         provenance: Provenance,
         surroundings: Surroundings,
+        identities: Arc<Identities>,
         times: Vec<f64>,
     ) -> Self {
-        Self { folder, output, texts, provenance, surroundings, times }
+        Self { folder, output, texts, provenance, surroundings, identities, times }
     }
 
     /// Times of the increments so far, in steps.
@@ -53,8 +57,8 @@ impl Results {
 
     /// Writes the files of an increment as soon as it has ended, so that an interruption does not lose them.
     pub fn increment(&mut self, progress: &Progress, end: &StepResult) -> Result<(), Failure> {
-        let Self { folder, output, surroundings, times, .. } = self;
-        let ended = Increment { number: times.len() + 1, end, surroundings };
+        let Self { folder, output, surroundings, identities, times, .. } = self;
+        let ended = Increment { number: times.len() + 1, end, surroundings, identities };
         for file in asked(output).flat_map(|format| format.at_increment(&ended)) {
             let name = file.name.clone();
             folder.write(&name, |out| file.write(out))?;
@@ -65,7 +69,7 @@ impl Results {
 
     /// Writes the files of the whole run; `swept`: the space that the harness went through.
     pub fn finish(&mut self, run: &Run, swept: Option<&Surface>) -> Result<(), Failure> {
-        let Self { folder, output, texts, provenance, surroundings, times } = self;
+        let Self { folder, output, texts, provenance, surroundings, times, .. } = self;
         let (machine, written) = (machine(), now());
         let ended = Ended {
             run,

@@ -4,6 +4,7 @@ use crate::samples::{broken, run, step, y_harness};
 use std::collections::BTreeMap;
 use wireloom_core::Vector;
 use wireloom_core::equilibrium::{ArmFriction, FrictionResult, Violation};
+use wireloom_core::identity::{Identified, Identities, Identity, Part};
 use wireloom_core::requirement::{Bound, Measure, Severity};
 use wireloom_core::{EventPlace, StepResult};
 use wireloom_export::vtk::{SeriesFile, times, write, write_series, write_surfaces};
@@ -13,13 +14,19 @@ struct PolyData {
     points: Vec<f64>,
     lines: Vec<Vec<i64>>,
     branch: Vec<i64>,
+    names: Vec<String>,
+    parts: Option<Vec<String>>,
     /// Name → components, values.
     arrays: BTreeMap<String, (usize, Vec<f64>)>,
 }
 
 fn read(step: &StepResult) -> PolyData {
+    read_with(step, &Identities::default())
+}
+
+fn read_with(step: &StepResult, identities: &Identities) -> PolyData {
     let mut bytes = Vec::new();
-    write(step, &mut bytes).unwrap();
+    write(step, identities, &mut bytes).unwrap();
     let start = find(&bytes, b"encoding=\"raw\">\n_") + b"encoding=\"raw\">\n_".len();
     let end = bytes.len() - b"\n</AppendedData>\n</VTKFile>\n".len();
     assert_eq!(&bytes[end..], b"\n</AppendedData>\n</VTKFile>\n");
@@ -62,9 +69,11 @@ fn read(step: &StepResult) -> PolyData {
         arrays.insert(node.attribute("Name").unwrap().to_string(), (components, values));
     }
     let cell_data = section("CellData");
-    assert_eq!((cell_data.len(), cell_data[0].attribute("Name")), (1, Some("branch")));
+    let of: Vec<_> = cell_data.iter().map(|node| node.attribute("Name").unwrap()).collect();
+    assert!(of == ["branch", "name"] || of == ["branch", "name", "part"], "{of:?}");
     let branch = integers(array(cell_data[0]));
-    assert_eq!(branch.len(), lines);
+    let (names, parts) = (strings(cell_data[1]), cell_data.get(2).map(|node| strings(*node)));
+    assert!(branch.len() == lines && names.len() == lines && parts.as_ref().is_none_or(|all| all.len() == lines));
     let points = floats(array(section("Points")[0]));
     assert_eq!(points.len(), 3 * n);
     let [connectivity, offsets] = section("Lines")[..] else { panic!("two arrays of lines") };
@@ -80,7 +89,17 @@ fn read(step: &StepResult) -> PolyData {
         .into_iter()
         .map(|end| connectivity[std::mem::replace(&mut first, end as usize)..end as usize].to_vec())
         .collect();
-    PolyData { points, lines, branch, arrays }
+    PolyData { points, lines, branch, names, parts, arrays }
+}
+
+/// An array of strings, each as the codes of its bytes with a zero behind.
+fn strings(array: roxmltree::Node<'_, '_>) -> Vec<String> {
+    assert_eq!((array.attribute("type"), array.attribute("format")), (Some("String"), Some("ascii")));
+    let codes = array.text().unwrap().split_whitespace().map(|code| code.parse::<u8>().unwrap());
+    let text = String::from_utf8(codes.collect()).unwrap();
+    let all: Vec<String> = text.split_terminator('\0').map(str::to_owned).collect();
+    assert_eq!(array.attribute("NumberOfTuples"), Some(all.len().to_string().as_str()));
+    all
 }
 
 fn find(bytes: &[u8], pattern: &[u8]) -> usize {
@@ -127,7 +146,7 @@ fn one_polyline_a_branch() {
     let step = y_harness();
     // Left to be opened in ParaView.
     let mut bytes = Vec::new();
-    write(&step, &mut bytes).unwrap();
+    write(&step, &Identities::default(), &mut bytes).unwrap();
     std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/y.vtp"), bytes).unwrap();
     let file = read(&step);
     assert_eq!(file.branch, [0, 1, 2, 3]);
@@ -150,6 +169,27 @@ fn one_polyline_a_branch() {
 }
 
 #[test]
+fn cells_have_the_names_and_part_numbers_of_their_branches() {
+    let step = y_harness();
+    let names: Vec<String> = step.branches.iter().map(|branch| branch.name.clone()).collect();
+    let file = read(&step);
+    assert_eq!((file.names, file.parts), (names.clone(), None));
+    let part = |of: Identified, name: &str, number: &str| Part {
+        of,
+        name: name.to_owned(),
+        identity: Identity { part: Some(number.to_owned()), ..Identity::default() },
+    };
+    // A joint of the same name is another part.
+    let parts =
+        vec![part(Identified::Joint, &names[0], "J 1"), part(Identified::Branch, &names[1], "8K0 971 824 \u{e4}<1>")];
+    let file = read_with(&step, &Identities { parts, ..Identities::default() });
+    assert_eq!(
+        (file.names, file.parts),
+        (names, Some(["", "8K0 971 824 \u{e4}<1>", "", ""].map(str::to_owned).into()))
+    );
+}
+
+#[test]
 fn branches_without_a_line_are_left_out() {
     let mut short = y_harness();
     for keep in [0, 1] {
@@ -161,11 +201,16 @@ fn branches_without_a_line_are_left_out() {
         branch.moment.truncate(keep);
         branch.bend_radius.truncate(keep);
     }
-    assert_eq!(read(&short).branch, [2, 3]);
+    let file = read(&short);
+    assert_eq!(
+        (file.branch, file.names),
+        (vec![2, 3], vec![short.branches[2].name.clone(), short.branches[3].name.clone()])
+    );
     assert!(read(&step(vec![], vec![], vec![])).lines.is_empty());
     read(&broken());
     short.branches[2].moment.pop();
-    assert_eq!(write(&short, &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
+    let written = write(&short, &Identities::default(), &mut Vec::new());
+    assert_eq!(written.unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
 }
 
 #[test]
@@ -238,22 +283,15 @@ fn the_field_data_says_what_an_increment_does_not_keep() {
         place: EventPlace::branch("left", 0.38),
     }];
     let mut bytes = Vec::new();
-    write(&step, &mut bytes).unwrap();
+    write(&step, &Identities::default(), &mut bytes).unwrap();
     let end = find(&bytes, b"<Piece ");
     let head = format!("{}</PolyData></VTKFile>", std::str::from_utf8(&bytes[..end]).unwrap());
     let document = roxmltree::Document::parse(&head).unwrap();
-    let strings = |name: &str| {
-        let array = document.descendants().find(|node| node.attribute("Name") == Some(name)).unwrap();
-        let codes = array.text().unwrap().split_whitespace().map(|code| code.parse::<u8>().unwrap());
-        let text = String::from_utf8(codes.collect()).unwrap();
-        let all: Vec<String> = text.split_terminator('\0').map(str::to_owned).collect();
-        assert_eq!(array.attribute("NumberOfTuples"), Some(all.len().to_string().as_str()));
-        all
-    };
-    assert_eq!(strings("status"), ["converged"]);
+    let field = |name: &str| strings(document.descendants().find(|node| node.attribute("Name") == Some(name)).unwrap());
+    assert_eq!(field("status"), ["converged"]);
     let place = EventPlace::branch("left", 0.38).to_string();
     let sentence = "bend of left, für \u{201e}<A>\u{201c} (must): bend_radius 33.1 mm, min 45.0 mm, ";
-    assert_eq!(strings("violations"), [format!("{sentence}{place}")]);
+    assert_eq!(field("violations"), [format!("{sentence}{place}")]);
     step.violations.clear();
     assert_eq!(read(&step).branch.len(), step.branches.len());
 }
