@@ -11,9 +11,17 @@ use crate::linear::symbolic::{Pattern, Structure};
 use nalgebra::SymmetricEigen;
 use wireloom_core::{Matrix, Vector};
 
-/// `(P⁻¹, negative pivots)` of a symmetric 3 × 3 block, through `P = L D Lᵀ`.
+/// Signs of scalar pivots.
+#[derive(Clone, Copy)]
+pub struct Signs {
+    pub negative: u32,
+    /// Pivots that are exactly zero: the inverse is not finite.
+    pub zero: u32,
+}
+
+/// `P⁻¹` of a symmetric 3 × 3 block, through `P = L D Lᵀ`, with the signs of D.
 #[inline(always)]
-pub fn invert(p: &Matrix) -> (Matrix, u32) {
+pub fn invert(p: &Matrix) -> (Matrix, Signs) {
     let (a11, a21, a31) = (p[(0, 0)], p[(1, 0)], p[(2, 0)]);
     let (a22, a32, a33) = (p[(1, 1)], p[(2, 1)], p[(2, 2)]);
     let i1 = 1.0 / a11;
@@ -29,21 +37,36 @@ pub fn invert(p: &Matrix) -> (Matrix, u32) {
     let (x13, x23) = (m31 * i3, -l32 * i3);
     let (x12, x22) = (-l21 * i2 + m31 * x23, i2 - l32 * x23);
     let x11 = i1 + l21 * l21 * i2 + m31 * x13;
-    let negative = u32::from(a11 < 0.0) + u32::from(d2 < 0.0) + u32::from(d3 < 0.0);
-    (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), negative)
+    let count = |is: fn(f64) -> bool| u32::from(is(a11)) + u32::from(is(d2)) + u32::from(is(d3));
+    let signs = Signs { negative: count(|d| d < 0.0), zero: count(|d| d == 0.0) };
+    (Matrix::new(x11, x12, x13, x12, x22, x23, x13, x23, i3), signs)
 }
 
-/// Eliminates the columns of a part, or, if `most` negative pivots are found before, not all of them; `diagonal` and
-/// `below` are the blocks of these columns. Contributions to later rows are left in the part's updates. Returns the
-/// number of negative pivots.
-fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below: &mut [Matrix], most: usize) -> usize {
+/// Which pivots an elimination counts.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Counted {
+    /// The negative ones.
+    Negative,
+    /// Those that are negative or zero, up to the first block that has any: the rest is not eliminated.
+    FirstNotPositive,
+}
+
+/// Eliminates the columns of a part; `diagonal` and `below` are the blocks of these columns. Contributions to later
+/// rows are left in the part's updates. Returns the number of pivots that are counted.
+fn eliminate(
+    part: &mut Part,
+    pattern: &Pattern,
+    diagonal: &mut [Matrix],
+    below: &mut [Matrix],
+    counted: Counted,
+) -> usize {
     let first = part.columns.start;
     let end = part.columns.end as u32;
     let first_block = pattern.starts[first] as usize;
     part.updates.fill(Matrix::zeros());
-    let mut negative = eliminate_all(&mut part.children, pattern, diagonal, below, most);
-    if negative >= most {
-        return negative;
+    let mut count = eliminate_all(&mut part.children, pattern, diagonal, below, counted);
+    if counted == Counted::FirstNotPositive && count > 0 {
+        return count;
     }
     let Part { children, beyond, updates, .. } = part;
     for child in children {
@@ -64,9 +87,12 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
     for p in part.own..part.columns.end {
         let local = p - first;
         let (inverse, signs) = invert(&diagonal[local]);
-        negative += signs as usize;
-        if negative >= most {
-            return negative;
+        count += signs.negative as usize;
+        if counted == Counted::FirstNotPositive {
+            count += signs.zero as usize;
+            if count > 0 {
+                return count;
+            }
         }
         diagonal[local] = inverse;
         let (start, stop) = (pattern.starts[p] as usize - first_block, pattern.starts[p + 1] as usize - first_block);
@@ -124,7 +150,7 @@ fn eliminate(part: &mut Part, pattern: &Pattern, diagonal: &mut [Matrix], below:
             below[k] = w;
         }
     }
-    negative
+    count
 }
 
 /// Eliminates consecutive independent parts in parallel.
@@ -133,14 +159,14 @@ fn eliminate_all(
     pattern: &Pattern,
     diagonal: &mut [Matrix],
     below: &mut [Matrix],
-    most: usize,
+    counted: Counted,
 ) -> usize {
     match parts {
         [] => 0,
         [part] => {
             let (columns, first_block) = (part.columns.len(), pattern.starts[part.columns.start]);
             let blocks = (pattern.starts[part.columns.end] - first_block) as usize;
-            eliminate(part, pattern, &mut diagonal[..columns], &mut below[..blocks], most)
+            eliminate(part, pattern, &mut diagonal[..columns], &mut below[..blocks], counted)
         }
         _ => {
             let (parts, others) = parts.split_at_mut(parts.len() / 2);
@@ -148,8 +174,8 @@ fn eliminate_all(
             let (diagonal, other_diagonal) = diagonal.split_at_mut(cut - first);
             let (below, other_below) = below.split_at_mut((pattern.starts[cut] - pattern.starts[first]) as usize);
             let (a, b) = rayon::join(
-                || eliminate_all(parts, pattern, diagonal, below, most),
-                || eliminate_all(others, pattern, other_diagonal, other_below, most),
+                || eliminate_all(parts, pattern, diagonal, below, counted),
+                || eliminate_all(others, pattern, other_diagonal, other_below, counted),
             );
             a + b
         }
@@ -161,14 +187,14 @@ impl BlockMatrix {
     /// negative pivots. Non-finite numbers in the factor are not reported; they appear in the solution.
     pub fn factorise(&mut self) -> usize {
         let Structure { pattern, parts, .. } = &mut self.structure;
-        eliminate(parts, pattern, &mut self.diagonal, &mut self.below, usize::MAX)
+        eliminate(parts, pattern, &mut self.diagonal, &mut self.below, Counted::Negative)
     }
 
-    /// Factorises in place as [`Self::factorise`] does, and stops at the first negative pivot. Returns whether there is
-    /// none; otherwise there is no factor.
+    /// Factorises in place as [`Self::factorise`] does, and stops at the first pivot that is negative or zero. Returns
+    /// whether there is none; otherwise there is no factor.
     pub fn factorise_if_positive(&mut self) -> bool {
         let Structure { pattern, parts, .. } = &mut self.structure;
-        eliminate(parts, pattern, &mut self.diagonal, &mut self.below, 1) == 0
+        eliminate(parts, pattern, &mut self.diagonal, &mut self.below, Counted::FirstNotPositive) == 0
     }
 
     /// Direction u of negative curvature, `uᵀ A u < 0`, in elimination order, after [`Self::factorise`]: the sum over

@@ -172,8 +172,8 @@ impl Condensation {
                 }
                 let mut sum = Matrix::zeros();
                 for compliance in own {
-                    let (inverse, negative) = invert(compliance);
-                    if negative > 0 {
+                    let (inverse, signs) = invert(compliance);
+                    if signs.negative + signs.zero > 0 {
                         return false;
                     }
                     *compliance = inverse;

@@ -143,7 +143,9 @@ impl Certifier {
         }
         let inspector = self.inspector.as_mut().expect("the state was inspected");
         let samples = Samples::of(problem, state, results);
-        let defect = discretisation::defect(problem, state, &samples, &inspector.hessian);
+        let mut defect = discretisation::defect(problem, state, &samples, &inspector.hessian);
+        // What is left of the forces moves the state as a defect of the energy with the opposite sign would.
+        defect[1].add_scaled(-1.0, &self.gradient);
         let parts = defect.map(|gradient| inspector.response(problem, state, &gradient));
         let response = Response { parts: parts.each_ref(), hessian: &inspector.hessian };
         discretisation::estimate(problem, state, &samples, Some(response))
