@@ -14,6 +14,7 @@ use wireloom_core::{Matrix, Vector};
 /// Signs of scalar pivots.
 #[derive(Clone, Copy)]
 pub struct Signs {
+    /// Negative pivots.
     pub negative: u32,
     /// Pivots that are exactly zero: the inverse is not finite.
     pub zero: u32,

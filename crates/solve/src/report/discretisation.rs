@@ -12,6 +12,7 @@
 //!     − Σ_i (ℓ²/12) ρ g · Δx′           weight is lumped at nodes
 //!     + Σ_j (ℓ²/12) w′ · ℓ x′           a load w that is not even is lumped as if it were
 //!     + Σ_c (λ/2) κᵀ (C_h − C) κ        stiffness of couplings that is not that of the section (`mass-spring`)
+//!     − Σ p · (ℓ²/24) x″                each arm that pulls (p) at a joint of two does so beside the centre line
 //! ```
 //!
 //! where β is the coefficient of a station in a segment beside it (`models::kernel::Stencil`), and Δ the difference
@@ -48,6 +49,7 @@ mod cells;
 mod functional;
 mod samples;
 
+use super::time_error::{curvatures, twists};
 pub(crate) use functional::defect;
 pub(crate) use samples::Samples;
 use samples::touches;
@@ -136,6 +138,16 @@ impl NodalErrors {
     }
 }
 
+/// What a response changes in a branch.
+struct Change<'a> {
+    /// Of its frames, rad.
+    turns: &'a [Vector],
+    /// Of its points, m.
+    moves: &'a [Vector],
+    /// Of the forces of its segments, N.
+    forces: &'a [Vector],
+}
+
 impl Samples<'_> {
     /// What the force in the branch may lack where the load per length differs from segment to segment, N: it is lumped
     /// at nodes as if it were even, `(ℓ²/12) w′`, and so it is interpolated, `(ℓ²/8) w′`.
@@ -149,18 +161,14 @@ impl Samples<'_> {
     /// Errors of κ at the couplings that are not beside a station, and of the moments there, from the response.
     fn curvature_errors(&self, response: Option<&[Vector]>) -> Vec<Vector> {
         let mesh = self.branch.rod.mesh();
-        let (of_cells, of_edges) = (&self.cell_moments, &self.edge_moments);
         let error = |c: usize| {
             let node = mesh.coupling_nodes[c];
             let lambda = self.shape.coupling_lengths[c];
             if node > 0 && self.fine[node - 1] {
-                // The curvature reported is that under the moment, to which D adds `∂D/∂κ/λ`.
                 let Some(turns) = response else {
-                    return of_cells[c].component_div(&self.stiffness) / lambda;
+                    return self.cell_moments[c].component_div(&self.stiffness) / lambda;
                 };
-                let within = (of_cells[c] + of_edges[c]).component_div(&self.stiffness) / lambda;
-                let (a, b) = (turns[c], turns[c + 1]);
-                let turned = (b - a) / lambda + self.curvature[c].cross(&((a + b) * 0.5));
+                let [within, turned] = self.parts_of_curvature(c, turns);
                 return within.zip_map(&turned, |a, b| (a + b).abs().max(CANCELLED * (a.abs() + b.abs())));
             }
             let rates = [node.checked_sub(1), Some(node)].map(|j| j.and_then(|j| *self.rate.get(j)?));
@@ -171,17 +179,13 @@ impl Samples<'_> {
             let within = second * (lambda * lambda / 24.0);
             let Some(turns) = response else { return within };
             let shift = 0.25 * (self.shape.rest_lengths[node] - self.shape.rest_lengths[node - 1]);
-            let (a, b) = (turns[c], turns[c + 1]);
-            within + first * shift + (b - a) / lambda + self.curvature[c].cross(&((a + b) * 0.5))
+            within + first * shift + self.turned(c, turns)
         };
         let at_station = |c: usize| mesh.station_frame(mesh.coupling_nodes[c]).is_some();
         // Of a segment between two stations there are no other couplings.
-        let alone = |c: usize| {
-            let (a, b) = match response.filter(|_| self.span_of(c) == 1) {
-                Some(turns) => (turns[c], turns[c + 1]),
-                None => return Vector::zeros(),
-            };
-            (b - a) / self.shape.coupling_lengths[c] + self.curvature[c].cross(&((a + b) * 0.5))
+        let alone = |c: usize| match response.filter(|_| self.span_of(c) == 1) {
+            Some(turns) => self.turned(c, turns),
+            None => Vector::zeros(),
         };
         let mut errors: Vec<Vector> =
             (0..self.curvature.len()).map(|c| if at_station(c) { alone(c) } else { error(c) }).collect();
@@ -204,6 +208,69 @@ impl Samples<'_> {
             }
         }
         errors
+    }
+
+    /// Change of the curvature of a coupling by these turns of the frames, 1/m.
+    fn turned(&self, c: usize, turns: &[Vector]) -> Vector {
+        let (a, b) = (turns[c], turns[c + 1]);
+        (b - a) / self.shape.coupling_lengths[c] + self.curvature[c].cross(&((a + b) * 0.5))
+    }
+
+    /// Error of the curvature of a coupling in a scheme of fourth order, in two parts, 1/m. The curvature reported is
+    /// that under the moment, to which D adds `∂D/∂κ/λ`.
+    fn parts_of_curvature(&self, c: usize, turns: &[Vector]) -> [Vector; 2] {
+        let of_defect = self.cell_moments[c] + self.edge_moments[c];
+        [of_defect.component_div(&self.stiffness) / self.shape.coupling_lengths[c], self.turned(c, turns)]
+    }
+
+    /// Error of the curvature of a node by one of its moment (N m, world axes), 1/m. A station turns with its frame, other
+    /// nodes with those around them.
+    fn curvature_of(&self, node: usize, error: &Vector, turns: &[Vector]) -> Vector {
+        let mesh = self.branch.rod.mesh();
+        let last = mesh.segments() - 1;
+        let around = match mesh.station_frame(node) {
+            Some(frame) => [frame; 2],
+            None => [node.saturating_sub(1), node.min(last)].map(|j| mesh.segment_frames[j]),
+        };
+        let turn = around.iter().map(|frame| turns[*frame]).sum::<Vector>() * 0.5;
+        let to_body = self.result.frame[node].inverse();
+        let moment = to_body * self.result.moment[node];
+        let error = to_body * error - turn.cross(&moment);
+        error.component_div(&self.stiffness)
+    }
+
+    /// Errors of the moment near stations and ends, N m, world axes, each with its node, where the scheme is of fourth
+    /// order: by the balance of moments `M′ = −x′ × n` from that of the node [`CUT_OFF`] nodes farther in,
+    ///
+    /// ```text
+    /// δM(p) = δM(b) ± Σ_j (δe_j × n_j + e_j × δn_j)    over the segments between p and b; + where b is ahead of p
+    /// ```
+    fn moments_near_stations(&self, change: &Change<'_>) -> Vec<(usize, Vector)> {
+        let mesh = self.branch.rod.mesh();
+        let n = mesh.segments();
+        let mut all = Vec::new();
+        let inner_stations = mesh.stations.iter().copied().filter(|station| (1..n).contains(station));
+        for end in [0, n].into_iter().chain(inner_stations) {
+            for ahead in [true, false] {
+                let first = if ahead { Some(end) } else { end.checked_sub(1) };
+                let Some(first) = first.filter(|j| self.fine.get(*j) == Some(&true)) else { continue };
+                let steps = CUT_OFF.min(self.span(first) / 2);
+                let inner = if ahead { end + steps } else { end - steps };
+                let c = mesh.coupling_nodes.partition_point(|node| *node < inner);
+                let [within, turned] = self.parts_of_curvature(c, change.turns);
+                let moment = self.stiffness.component_mul(&(self.curvature[c] - self.rest));
+                let turn = (change.turns[c] + change.turns[c + 1]) * 0.5;
+                let own = self.stiffness.component_mul(&(within + turned)) + turn.cross(&moment);
+                let mut error = self.result.frame[inner] * own;
+                for k in (0..steps).rev() {
+                    let (j, node, sign) = if ahead { (end + k, end + k, 1.0) } else { (end - 1 - k, end - k, -1.0) };
+                    let stretched = change.moves[j + 1] - change.moves[j];
+                    error += (stretched.cross(&self.forces[j]) + self.shape.edge(j).cross(&change.forces[j])) * sign;
+                    all.push((node, error));
+                }
+            }
+        }
+        all
     }
 
     /// Change of the force of each segment in a response to edges with these offsets, N.
@@ -299,6 +366,15 @@ impl Samples<'_> {
                 }
             }
             let [cells, edges] = response.parts.each_ref().map(|part| &part.points[self.branch.points.clone()]);
+            let moves: Vec<Vector> = cells.iter().zip(edges).map(|(a, b)| a + b).collect();
+            let forces: Vec<Vector> = forces[0].iter().zip(&forces[1]).map(|(a, b)| a + b).collect();
+            for (node, moment) in self.moments_near_stations(&Change { turns, moves: &moves, forces: &forces }) {
+                errors.moment[node] = errors.moment[node].max(moment.norm());
+                let curvature = self.curvature_of(node, &moment, turns);
+                errors.curvature[node] = errors.curvature[node].max(curvature.xy().norm());
+                errors.torsion[node] = errors.torsion[node].max(curvature.z.abs());
+            }
+            self.add_jumps_at_ends(&mut errors);
             for (node, position) in errors.position.iter_mut().enumerate() {
                 let drawn = if self.fine[node.saturating_sub(1)] {
                     Vector::zeros()
@@ -333,6 +409,30 @@ impl Samples<'_> {
             errors.force.fill(if moment > 0.0 { force * (error / moment + turn) } else { 0.0 });
         }
         errors
+    }
+
+    /// Adds to the errors at the ends of a branch by how much their curvature and twist are beside the cubic through the
+    /// next four nodes, where they do not follow from the moment by a linear law: what yielded or crept in the half
+    /// segment at an end depends on more than the present state. The twist of an end is that of its segment.
+    fn add_jumps_at_ends(&self, errors: &mut NodalErrors) {
+        let beside = |all: Vec<f64>| {
+            let [a, b, c, d, e] = *all.first_chunk()?;
+            Some(((a - 4.0 * b + 6.0 * c - 4.0 * d + e).abs(), 0.5 * (b - a).abs()))
+        };
+        let n = self.branch.rod.mesh().segments();
+        for (node, is_start) in [(0, true), (n, false)] {
+            let inward = |all: Vec<f64>| if is_start { all } else { all.into_iter().rev().collect() };
+            if !self.branch.bends_linearly()
+                && let Some((jump, _)) = beside(inward(curvatures(self.result)))
+            {
+                errors.curvature[node] += jump;
+            }
+            if !self.branch.twists_linearly()
+                && let Some((jump, within)) = beside(inward(twists(self.result)))
+            {
+                errors.torsion[node] += jump + within;
+            }
+        }
     }
 
     /// Adds to the errors of the torsion what frames beside stations take of the bending moment for torsion: they turn

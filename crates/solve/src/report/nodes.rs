@@ -45,13 +45,15 @@ pub fn refine(
     let pairs = shape.frames.windows(2).zip(shape.coupling_lengths);
     let curvature: Vec<Vector> =
         pairs.map(|(frames, lambda)| (frames[0].inverse() * frames[1]).scaled_axis() / *lambda).collect();
+    let middle = |c: usize| 0.5 * (places[c] + places[c + 1]);
     for (c, &node) in mesh.coupling_nodes.iter().enumerate() {
-        let is_end = node == 0 || node == n || c == 0 || c + 1 == mesh.coupling_nodes.len();
-        if is_end || mesh.station_frame(node).is_some() || !mesh.is_fine(node - 1) {
+        if node == 0 || node == n || mesh.station_frame(node).is_some() || !mesh.is_fine(node - 1) {
             continue;
         }
-        let around = [c - 1, c, c + 1];
-        let rate = slope(around.map(|c| 0.5 * (places[c] + places[c + 1])), around.map(|c| curvature[c]));
+        // At an end without a station the first coupling has no neighbour on one side.
+        let inner = c.clamp(1, mesh.coupling_nodes.len() - 2);
+        let around = [inner - 1, inner, inner + 1];
+        let rate = slope(around.map(middle), around.map(|c| curvature[c]), middle(c));
         result.frame[node] *= Rotation::from_scaled_axis(rate * (l[node - 1] * l[node] / -8.0));
     }
     let tangent = |node: usize| columns(&result.frame[node])[2];
@@ -113,8 +115,8 @@ pub fn middle_tangents(branch: &Branch, shape: &BranchShape<'_>) -> Vec<Vector> 
     tangents
 }
 
-/// Slope at the second of three places of the parabola through all of them.
-pub fn slope([a, b, c]: [f64; 3], [fa, fb, fc]: [Vector; 3]) -> Vector {
-    let (before, after) = (b - a, c - b);
-    ((fb - fa) * (after / before) + (fc - fb) * (before / after)) / (before + after)
+/// Slope at a place of the parabola through three others.
+pub fn slope([a, b, c]: [f64; 3], [fa, fb, fc]: [Vector; 3], at: f64) -> Vector {
+    let (first, second) = ((fb - fa) / (b - a), (fc - fb) / (c - b));
+    first + (second - first) * ((2.0 * at - a - b) / (c - a))
 }

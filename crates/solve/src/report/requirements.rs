@@ -234,16 +234,20 @@ impl<'a> Equilibrium<'a> {
         self.position_error(branch, s) + segments_at(&own.s, s).map(height).fold(0.0, f64::max)
     }
 
-    /// Error of the distance that a span bridges over its length: that of the positions of those of its ends that are
-    /// not held. The true value is no larger than one and the largest strain: a chord is no longer than its cable.
-    fn reach_error(&self, span: &CableSpan) -> f64 {
+    /// Sum of the errors of the positions of the ends of a span that are not held, m.
+    fn ends_error(&self, span: &CableSpan) -> f64 {
         let error = |((branch, s), known): ((usize, f64), EndKnown)| match known {
             EndKnown::Place => 0.0,
             // Where the ring is on the cable is as uncertain as where the cable is.
             EndKnown::Slides => self.errors[branch].position.iter().copied().fold(0.0, f64::max),
             EndKnown::No => self.position_error(branch, s),
         };
-        let moved: f64 = span.ends().into_iter().zip(span.known).map(error).sum();
+        span.ends().into_iter().zip(span.known).map(error).sum()
+    }
+
+    /// Error of the distance that a span bridges over its length: that of its ends. The true value is no larger than one
+    /// and the largest strain: a chord is no longer than its cable.
+    fn reach_error(&self, span: &CableSpan) -> f64 {
         let strain = |piece: &Piece| {
             let (b, own) = (piece.branch, &self.branches[piece.branch]);
             let tension = |i: usize| {
@@ -254,7 +258,7 @@ impl<'a> Equilibrium<'a> {
             self.network.branches[b].strain_under(piece.in_order().map(tension).fold(0.0, f64::max)).0
         };
         let strain = span.pieces.iter().map(strain).fold(0.0, f64::max);
-        (moved / span.length).min((1.0 + strain - span.chord / span.length).max(0.0))
+        (self.ends_error(span) / span.length).min((1.0 + strain - span.chord / span.length).max(0.0))
     }
 
     /// Error of the reaction of a constraint: the sum of those of the internal forces (moments) around it.
@@ -492,7 +496,9 @@ impl<'a> Equilibrium<'a> {
         let limit = Some(BUCKLED * span.euler(self.network));
         pressed.min_by(|a, b| a.2.total_cmp(&b.2)).map(|(branch, i, force)| {
             let place = EventPlace::branch(&self.branches[branch].name, self.branches[branch].s[i]);
-            Found { limit, error: Some(self.errors[branch].force[i]), ..at(force, place) }
+            // The chord turns as its ends move.
+            let turned = self.ends_error(span) / span.chord * part::forces_around(&self.branches[branch], i)[0].norm();
+            Found { limit, error: Some(self.errors[branch].force[i] + turned), ..at(force, place) }
         })
     }
 

@@ -172,7 +172,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
                     [bent(own, &q).scaled_axis() / own_length, bent(&beyond, &other).scaled_axis() / other_length];
                 let middle = mean_length(joint);
                 let places = [0.5 * sign * (own_length + middle), 0.0, -0.5 * sign * (middle + other_length)];
-                let rate = nodes::slope(places, [own, kappa, other]);
+                let rate = nodes::slope(places, [own, kappa, other], 0.0);
                 frame *= Rotation::from_scaled_axis(rate * (here.segment_length * across.segment_length / -8.0));
             }
             (kappa, frame)
@@ -305,22 +305,28 @@ pub fn joint(problem: &Problem<'_>, index: usize, state: &State, touching: &[boo
 }
 
 /// Frame of a joint as defined by each of its arms except one.
-fn others<'a>(joint: &'a Joint, arm: usize, state: &'a State) -> impl Iterator<Item = Rotation> + 'a {
+pub(super) fn others<'a>(joint: &'a Joint, arm: usize, state: &'a State) -> impl Iterator<Item = Rotation> + 'a {
     let arms = joint.arm_frames.iter().zip(&joint.arms).enumerate().filter(move |(a, _)| *a != arm);
     arms.map(|(_, (&c, arm))| state.frames[c] * arm.rest.inverse())
 }
 
 /// Mean length of the segments at a joint, m.
-fn mean_length(joint: &Joint) -> f64 {
+pub(super) fn mean_length(joint: &Joint) -> f64 {
     joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
 }
 
-/// Offset `ℓ² x″/24` of the centre line from a two-arm joint, as at a node between segments, with x″ from the
-/// outward tangents of the arms less those at rest. Zero for more arms, for arms that end in stations, and for a held
-/// joint.
-fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
+/// ℓ of the offset `ℓ² x″/24` of the centre line from the node of a joint, m. Zero for a joint whose arms end in stations,
+/// and for a held one.
+pub(super) fn shift_length(problem: &Problem<'_>, joint: &Joint) -> f64 {
     let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
-    if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point {
+    if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point { 0.0 } else { mean_length(joint) }
+}
+
+/// Offset `ℓ² x″/24` of the centre line from a two-arm joint, as at a node between segments, with x″ from the
+/// outward tangents of the arms less those at rest.
+fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
+    let length = shift_length(problem, joint);
+    if length == 0.0 {
         return Vector::zeros();
     }
     let mean = mean_rotation(others(joint, usize::MAX, state));
@@ -331,11 +337,11 @@ fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
         let tangent = shape.edge(segment) / shape.rest_lengths[segment];
         (tangent - columns(&(mean * arm.rest))[2]) * sign
     });
-    (into + out) * (mean_length(joint) / 24.0)
+    (into + out) * (length / 24.0)
 }
 
 /// Normalised sum of quaternions with signs aligned to the first: the mean of nearby rotations.
-fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
+pub(super) fn mean_rotation(mut rotations: impl Iterator<Item = Rotation>) -> Rotation {
     let Some(first) = rotations.next() else { return Rotation::identity() };
     let sum = rotations
         .fold(first.into_inner(), |sum, q| sum + if q.dot(&first) < 0.0 { -q.into_inner() } else { q.into_inner() });

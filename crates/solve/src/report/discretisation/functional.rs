@@ -3,8 +3,12 @@
 use super::cells::Curvature;
 use super::samples::Samples;
 use crate::report::nodes::growth;
+use crate::report::result::{mean_length, mean_rotation, others};
+use wireloom_core::joint::{Arm, Mounting};
+use wireloom_core::network::Joint;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rod::BranchHessian;
+use wireloom_core::rotation::columns;
 use wireloom_core::{State, Tangent, Vector};
 
 /// Fraction of a segment's load that a station passes to the next node where the scheme is of second order.
@@ -58,7 +62,7 @@ impl Samples<'_> {
             }
             if mesh.station_frame(node).is_none() {
                 let other = if end == 0 { j.checked_sub(1) } else { Some(j + 1).filter(|k| *k < l.len()) };
-                let mean = other.map_or(l[j], |other| 0.5 * (l[j] + l[other]));
+                let mean = other.map_or(self.joint_lengths[end], |other| 0.5 * (l[j] + l[other]));
                 factors[0] = (j, end, (square - mean * mean) / 24.0 * sign);
                 continue;
             }
@@ -198,7 +202,9 @@ impl Samples<'_> {
             let h = &own.segments[j];
             let mut force = h.ee * a;
             frames[frame] += h.te * a;
-            for (of, end, factor) in self.offset_factors(j) {
+            // What turns x″ at a joint turns it in both arms: see `add_joint`.
+            let within = self.offset_factors(j).filter(|(of, end, _)| self.couplings(*of)[*end].is_some());
+            for (of, end, factor) in within {
                 let turn = self.bends[of][end].cross(&self.forces[j]) * factor;
                 // x″ at a node turns with the frames around it.
                 let beyond = if end == 0 { of.checked_sub(1) } else { Some(of + 1) };
@@ -271,6 +277,28 @@ impl Samples<'_> {
     }
 }
 
+/// Adds to the gradients of a harness the derivative by x″ of a joint's part of D, `Σ n · a` over its two arms, which is
+/// `−Σ p · (ℓ²/24) x″` with the pull p of an arm and the length ℓ of its segment: where all arms together do not pull, each
+/// of them takes the centre line to be beside the node by its own `(ℓ²/24) x″`; and what acts on the joint acts at the
+/// node. x″ is the sum of the outward tangents of the arms, less that of their directions at rest, over the mean of ℓ.
+fn add_joint(joint: &Joint, state: &State, samples: &[Samples<'_>], gradient: &mut Tangent) {
+    let sign = |arm: &Arm| if arm.starts_here { 1.0 } else { -1.0 };
+    let pull = |(arm, &b): (&Arm, &usize)| {
+        let forces = &samples[b].result.force;
+        let outward = forces[if arm.starts_here { 0 } else { forces.len() - 1 }] * sign(arm);
+        outward * (arm.segment_length * arm.segment_length / 24.0)
+    };
+    let by_bend = -joint.arms.iter().zip(&joint.branches).map(pull).sum::<Vector>() / mean_length(joint);
+    let mean = mean_rotation(others(joint, usize::MAX, state));
+    let rest: Vector = joint.arms.iter().map(|arm| columns(&(mean * arm.rest))[2] * sign(arm)).sum();
+    for (arm, &frame) in joint.arms.iter().zip(&joint.arm_frames) {
+        let to_body = state.frames[frame].inverse();
+        // The mean turns by half of what each arm does.
+        gradient.frames[frame] +=
+            Vector::z().cross(&(to_body * by_bend)) * sign(arm) - to_body * (rest.cross(&by_bend) * 0.5);
+    }
+}
+
 /// ∂D at `state` in the independent variables, for [`Response::parts`].
 pub(crate) fn defect(problem: &Problem<'_>, state: &State, samples: &[Samples<'_>], hessian: &Hessian) -> [Tangent; 2] {
     let mut gradients = [Tangent::zeros(problem.network), Tangent::zeros(problem.network)];
@@ -278,6 +306,10 @@ pub(crate) fn defect(problem: &Problem<'_>, state: &State, samples: &[Samples<'_
         let weight = |j: usize| problem.force_per_length(state, index, j);
         samples.add_cells(&mut gradients[0]);
         samples.add_edges(problem, &hessian.branches[index], weight, &mut gradients[1]);
+    }
+    let in_a_point = |joint: &&Joint| joint.arms.len() == 2 && joint.model.mounting() == Mounting::Point;
+    for joint in problem.network.joints.iter().filter(in_a_point) {
+        add_joint(joint, state, samples, &mut gradients[1]);
     }
     gradients.iter_mut().for_each(|gradient| problem.network.pull_back(state, gradient));
     gradients

@@ -1,7 +1,8 @@
 //! A branch as the estimate of its error reads it.
 
+use crate::report::result::shift_length;
 use wireloom_core::equilibrium::BranchResult;
-use wireloom_core::network::Branch;
+use wireloom_core::network::{Branch, BranchEnd};
 use wireloom_core::problem::Problem;
 use wireloom_core::rod::BranchShape;
 use wireloom_core::{State, Vector};
@@ -31,6 +32,8 @@ pub(crate) struct Samples<'a> {
     pub(super) variation: f64,
     /// f − 1 of a rod whose frames are aligned with their edges: the alignment has the compliance `(f − 1) (ℓ²/12)/EI`.
     pub(super) alignment: f64,
+    /// ℓ of `(ℓ²/24) x″`, by which the centre line is beside the node of the joint in a point at each end of the branch, m.
+    pub(super) joint_lengths: [f64; 2],
     /// n of each segment, N, world.
     pub(super) forces: Vec<Vector>,
     /// x″ at the start and at the end of each segment, 1/m, world.
@@ -87,6 +90,10 @@ impl<'a> Samples<'a> {
             alignment: (variation - 1.0).max(0.0),
             // In contact the polygon is what touches: the error is of second order.
             fine: (0..n).map(|j| branch.rod.couples_pairs() && mesh.is_fine(j) && !touches).collect(),
+            joint_lengths: [branch.start, branch.end].map(|end| match end {
+                BranchEnd::Joint { joint, .. } => shift_length(problem, &problem.network.joints[joint]),
+                BranchEnd::Free => 0.0,
+            }),
             forces: vec![Vector::zeros(); n],
             bends: Vec::with_capacity(n),
             cell_moments: Vec::new(),
@@ -140,10 +147,16 @@ impl<'a> Samples<'a> {
     pub(super) fn order(&self) -> u32 {
         let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
         let graded = |node: usize| mesh.station_frame(node).is_none() && (l[node] - l[node - 1]).abs() > 1e-6 * l[node];
+        // What acts on a joint in a point that is held acts beside the centre line.
+        let ends = [(self.branch.start, 0), (self.branch.end, l.len() - 1)];
+        let beside = ends.into_iter().enumerate().any(|(end, (at, j))| {
+            let in_a_point = matches!(at, BranchEnd::Joint { .. }) && self.couplings(j)[end].is_none();
+            in_a_point && (l[j] - self.joint_lengths[end]).abs() > 1e-6 * l[j]
+        });
         let differs = |own: &Vector| (own - self.stiffness).norm() > 1e-9 * self.stiffness.norm();
         if self.discrete_stiffness.iter().any(differs) {
             1
-        } else if self.variation == 1.0 && self.fine.iter().all(|fine| *fine) && !(1..l.len()).any(graded) {
+        } else if self.variation == 1.0 && self.fine.iter().all(|fine| *fine) && !(1..l.len()).any(graded) && !beside {
             4
         } else {
             2
