@@ -537,8 +537,8 @@ fn order_of_the_hook() -> Result<(), Failed> {
     fourth_order(&errors(&curves(5, |segments| cable(segments, -9.81, 1.0 / 0.3, ""))?))
 }
 
-/// The variation of curvature to the joint's coupling was missing at the nodes beside it: 0.9 % of the moment. The frames
-/// of these nodes were those half-way between the frames around them: 0.02 rad off.
+/// The variation of curvature to the joint's coupling was missing at the nodes beside it: 0.9 % of the moment. The
+/// frames of these nodes were those half-way between the frames around them: 0.02 rad off.
 fn moments_beside_a_joint() -> Result<(), Failed> {
     let run = converged(&wireloom_tests::root().join("scenarios/analytic/two_arm_joint.toml"), Swap::default())?;
     let end = run.steps.last().ok_or("no step")?;
@@ -559,8 +559,8 @@ fn moments_beside_a_joint() -> Result<(), Failed> {
     Ok(())
 }
 
-/// It turns freely about itself. With 44 or 59 segments the last pivot of its matrix was exactly zero: the matrix counted
-/// as positive definite, and the step was not a number.
+/// It turns freely about itself. With 44 or 59 segments the last pivot of its matrix was exactly zero: the matrix
+/// counted as positive definite, and the step was not a number.
 fn straight_on_every_mesh() -> Result<(), Failed> {
     let text = std::fs::read_to_string(wireloom_tests::root().join("scenarios/analytic/braking.toml"))?;
     let pieces = "segments = 20";

@@ -277,9 +277,10 @@ fn the_bends_at_the_ends_of_branches_are_covered() {
     }
 }
 
-/// A joint of two arms through which the rod runs, also held out of the way. Each arm takes the centre line to be beside
-/// its node by the square of the length of its segments, and the hand holds the node. What was stated was a thirtieth of
-/// the error of the curvature where it is held, and where the segments of the arms differ a tenth of that of the position.
+/// A joint of two arms through which the rod runs, also held out of the way. Each arm takes the centre line to be
+/// beside its node by the square of the length of its segments, and the hand holds the node. What was stated was a
+/// thirtieth of the error of the curvature where it is held, and where the segments of the arms differ a tenth of that
+/// of the position.
 #[test]
 fn joints_that_a_rod_runs_through_are_covered() {
     let pull = "\n[[steps]]\nname = \"pull\"\nincrements = 2\n\

@@ -28,10 +28,11 @@
 //!     + Σ_j ((f − 1) ℓ³/24) (κ′ᵀ C κ′ − Qᵀ C⊥⁻¹ Q)   frames aligned with their edges (`kirchhoff`), Q across them
 //! ```
 //!
-//! The computed equilibrium minimises
-//! `E + D`, so it differs from the rod's by `δ = −H⁻¹ ∂D` with the Hessian H that the certificate has factorised: one
-//! more solution with it. From δ follow the errors of positions, curvatures, forces and moments; to the curvature of a
-//! node is added what its cell differs from it, `(λ²/24) κ″`, at a station `β ℓ κ′`.
+//! The computed equilibrium minimises `E + D` but for the forces r that the minimiser has left, so it differs from the
+//! rod's by `δ = −H⁻¹ (∂D − r)` with the Hessian H that the certificate has factorised: one more solution with it. From
+//! δ follow the errors of positions, curvatures, forces and moments; to the curvature of a node is added what its cell
+//! differs from it, `(λ²/24) κ″`, at a station `β ℓ κ′`. Beside a station of a scheme of fourth order, where D is cut
+//! off, the error of the moment follows by the balance of moments from that of a node within.
 //!
 //! **What is reported** is not the leading term itself, which changes its sign where the true error does at a slightly
 //! different place, but its envelope: the largest value within `REACH` nodes, no less than a tenth (`FLOOR`) of
@@ -210,7 +211,7 @@ impl Samples<'_> {
         errors
     }
 
-    /// Change of the curvature of a coupling by these turns of the frames, 1/m.
+    /// Change of the curvature of a coupling by these turns of the frames (rad), 1/m.
     fn turned(&self, c: usize, turns: &[Vector]) -> Vector {
         let (a, b) = (turns[c], turns[c + 1]);
         (b - a) / self.shape.coupling_lengths[c] + self.curvature[c].cross(&((a + b) * 0.5))
@@ -223,8 +224,8 @@ impl Samples<'_> {
         [of_defect.component_div(&self.stiffness) / self.shape.coupling_lengths[c], self.turned(c, turns)]
     }
 
-    /// Error of the curvature of a node by one of its moment (N m, world axes), 1/m. A station turns with its frame, other
-    /// nodes with those around them.
+    /// Error of the curvature of a node by one of its moment (N m, world axes), 1/m. A station turns with its frame,
+    /// other nodes with those around them.
     fn curvature_of(&self, node: usize, error: &Vector, turns: &[Vector]) -> Vector {
         let mesh = self.branch.rod.mesh();
         let last = mesh.segments() - 1;
@@ -411,8 +412,8 @@ impl Samples<'_> {
         errors
     }
 
-    /// Adds to the errors at the ends of a branch by how much their curvature and twist are beside the cubic through the
-    /// next four nodes, where they do not follow from the moment by a linear law: what yielded or crept in the half
+    /// Adds to the errors at the ends of a branch by how much their curvature and twist are beside the cubic through
+    /// the next four nodes, where they do not follow from the moment by a linear law: what yielded or crept in the half
     /// segment at an end depends on more than the present state. The twist of an end is that of its segment.
     fn add_jumps_at_ends(&self, errors: &mut NodalErrors) {
         let beside = |all: Vec<f64>| {

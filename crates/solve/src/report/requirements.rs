@@ -245,8 +245,8 @@ impl<'a> Equilibrium<'a> {
         span.ends().into_iter().zip(span.known).map(error).sum()
     }
 
-    /// Error of the distance that a span bridges over its length: that of its ends. The true value is no larger than one
-    /// and the largest strain: a chord is no longer than its cable.
+    /// Error of the distance that a span bridges over its length: that of its ends. The true value is no larger than
+    /// one and the largest strain: a chord is no longer than its cable.
     fn reach_error(&self, span: &CableSpan) -> f64 {
         let strain = |piece: &Piece| {
             let (b, own) = (piece.branch, &self.branches[piece.branch]);

@@ -315,8 +315,8 @@ pub(super) fn mean_length(joint: &Joint) -> f64 {
     joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
 }
 
-/// ℓ of the offset `ℓ² x″/24` of the centre line from the node of a joint, m. Zero for a joint whose arms end in stations,
-/// and for a held one.
+/// ℓ of the offset `ℓ² x″/24` of the centre line from the node of a joint, m. Zero for a joint whose arms end in
+/// stations, and for a held one.
 pub(super) fn shift_length(problem: &Problem<'_>, joint: &Joint) -> f64 {
     let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
     if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point { 0.0 } else { mean_length(joint) }

@@ -277,10 +277,11 @@ impl Samples<'_> {
     }
 }
 
-/// Adds to the gradients of a harness the derivative by x″ of a joint's part of D, `Σ n · a` over its two arms, which is
-/// `−Σ p · (ℓ²/24) x″` with the pull p of an arm and the length ℓ of its segment: where all arms together do not pull, each
-/// of them takes the centre line to be beside the node by its own `(ℓ²/24) x″`; and what acts on the joint acts at the
-/// node. x″ is the sum of the outward tangents of the arms, less that of their directions at rest, over the mean of ℓ.
+/// Adds to the gradients of a harness the derivative by x″ of what D has at a joint of two arms in a point. An arm
+/// whose segment there has the length ℓ has `n · a`, `a = ± ((ℓ² − L²)/24) x″` (see [`Samples::edge_offset`]), with the
+/// offset `(L²/24) x″` of the centre line from the node; what acts on the joint acts at the node, not on the centre
+/// line, which is `F · (L²/24) x″`. With the pull p of each arm, `F = −Σ p`, the sum is `−Σ p · (ℓ²/24) x″`. x″ is the
+/// sum of the outward tangents of the arms, less that of their directions at rest, over the mean of ℓ.
 fn add_joint(joint: &Joint, state: &State, samples: &[Samples<'_>], gradient: &mut Tangent) {
     let sign = |arm: &Arm| if arm.starts_here { 1.0 } else { -1.0 };
     let pull = |(arm, &b): (&Arm, &usize)| {

@@ -32,7 +32,8 @@ pub(crate) struct Samples<'a> {
     pub(super) variation: f64,
     /// f − 1 of a rod whose frames are aligned with their edges: the alignment has the compliance `(f − 1) (ℓ²/12)/EI`.
     pub(super) alignment: f64,
-    /// ℓ of `(ℓ²/24) x″`, by which the centre line is beside the node of the joint in a point at each end of the branch, m.
+    /// ℓ of `(ℓ²/24) x″`, by which the centre line is beside the node of the joint in a point at each end of the
+    /// branch, m.
     pub(super) joint_lengths: [f64; 2],
     /// n of each segment, N, world.
     pub(super) forces: Vec<Vector>,
