@@ -54,6 +54,7 @@ impl<'a> Entry<'a> {
         }
         if let (Some(node), Need::With(other)) = (node, key.need)
             && !self.has(other)
+            && !self.misspelt(other)
         {
             let message = format!("{} has `{name}` but no `{other}`", self.label);
             self.reader.fault(
@@ -66,7 +67,7 @@ impl<'a> Entry<'a> {
     }
 
     /// Whether an unknown key is probably this one misspelt; one fault is enough then.
-    fn misspelt(&self, name: &str) -> bool {
+    pub(super) fn misspelt(&self, name: &str) -> bool {
         let own = || self.keys.keys.iter().map(|key| key.name);
         self.table
             .keys()

@@ -236,7 +236,9 @@ fn section_friction(entry: &Entry<'_>, section: &Section) -> SectionFriction {
     };
     let [one, other] = section.bending_stiffness;
     if given == [true, false] {
-        refuse("slip_moment", "has `slip_moment` but no `stiff_ratio`", "add the ratio, such as stiff_ratio = 3");
+        if !entry.misspelt("stiff_ratio") {
+            refuse("slip_moment", "has `slip_moment` but no `stiff_ratio`", "add the ratio, such as stiff_ratio = 3");
+        }
     } else if given == [true; 2] && entry.has("bending") {
         let help = "give `bending`, or `slip_moment` with `stiff_ratio`: these stand for one element";
         refuse("slip_moment", "has both `slip_moment` and `bending`", help);
