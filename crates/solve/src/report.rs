@@ -8,7 +8,7 @@ pub mod events;
 mod lines;
 mod linking;
 mod log;
-mod nodes;
+pub(crate) mod nodes;
 mod part;
 pub(crate) mod passage;
 pub(crate) mod requirements;

@@ -50,7 +50,7 @@ mod cells;
 mod functional;
 mod samples;
 
-use super::time_error::{curvatures, twists};
+use super::nodes::{curvatures, twists};
 pub(crate) use functional::defect;
 pub(crate) use samples::Samples;
 use samples::touches;

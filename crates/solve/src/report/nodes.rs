@@ -120,3 +120,14 @@ pub fn slope([a, b, c]: [f64; 3], [fa, fb, fc]: [Vector; 3], at: f64) -> Vector 
     let (first, second) = ((fb - fa) / (b - a), (fc - fb) / (c - b));
     first + (second - first) * ((2.0 * at - a - b) / (c - a))
 }
+
+/// Curvature at each node, 1/m.
+pub fn curvatures(branch: &BranchResult) -> Vec<f64> {
+    branch.bend_radius.iter().map(|radius| 1.0 / radius).collect()
+}
+
+/// Twist per length of the frames from node to node, 1/m.
+pub fn twists(branch: &BranchResult) -> Vec<f64> {
+    let turned = branch.frame.windows(2).zip(branch.s.windows(2));
+    turned.map(|(q, s)| (q[0].inverse() * q[1]).scaled_axis().z / (s[1] - s[0])).collect()
+}

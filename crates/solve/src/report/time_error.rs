@@ -1,6 +1,7 @@
 //! Errors of results that the division of time leaves, see `steps::time`.
 
 use super::discretisation::NodalErrors;
+use super::nodes::{curvatures, twists};
 use serde::{Deserialize, Serialize};
 use wireloom_core::Vector;
 use wireloom_core::equilibrium::BranchResult;
@@ -53,15 +54,4 @@ impl TimeError {
         add(&mut errors.moment, self.moment);
         add(&mut errors.position, self.position);
     }
-}
-
-/// Curvature at each node, 1/m.
-pub(crate) fn curvatures(branch: &BranchResult) -> Vec<f64> {
-    branch.bend_radius.iter().map(|radius| 1.0 / radius).collect()
-}
-
-/// Twist per length of the frames from node to node, 1/m.
-pub(crate) fn twists(branch: &BranchResult) -> Vec<f64> {
-    let turned = branch.frame.windows(2).zip(branch.s.windows(2));
-    turned.map(|(q, s)| (q[0].inverse() * q[1]).scaled_axis().z / (s[1] - s[0])).collect()
 }

@@ -10,7 +10,8 @@
 
 use super::driver::{Driver, is_balanced};
 use crate::report::discretisation::NodalErrors;
-use crate::report::time_error::{TimeError, curvatures, twists};
+use crate::report::nodes::{curvatures, twists};
+use crate::report::time_error::TimeError;
 use crate::report::{EventLog, Occurrence, TwistMonitor, result};
 use crate::steps::certificate::Grade;
 use crate::steps::plan::Plan;
