@@ -315,11 +315,16 @@ pub(super) fn mean_length(joint: &Joint) -> f64 {
     joint.arms.iter().map(|arm| arm.segment_length).sum::<f64>() / joint.arms.len() as f64
 }
 
-/// ℓ of the offset `ℓ² x″/24` of the centre line from the node of a joint, m. Zero for a joint whose arms end in
-/// stations, and for a held one.
+/// Whether a rod runs through a joint: its two arms meet in a point without stations.
+pub(super) fn runs_through(joint: &Joint) -> bool {
+    joint.arms.len() == 2 && joint.model.mounting() == Mounting::Point
+}
+
+/// ℓ of the offset `ℓ² x″/24` of the centre line from the node of a joint, m. Zero where no rod runs through, and for a
+/// held joint.
 pub(super) fn shift_length(problem: &Problem<'_>, joint: &Joint) -> f64 {
     let held = problem.held().iter().any(|h| h.variable == Variable::Point(joint.point));
-    if held || joint.arms.len() != 2 || joint.model.mounting() != Mounting::Point { 0.0 } else { mean_length(joint) }
+    if held || !runs_through(joint) { 0.0 } else { mean_length(joint) }
 }
 
 /// Offset `ℓ² x″/24` of the centre line from a two-arm joint, as at a node between segments, with x″ from the

@@ -3,8 +3,8 @@
 use super::cells::Curvature;
 use super::samples::Samples;
 use crate::report::nodes::growth;
-use crate::report::result::{mean_length, mean_rotation, others};
-use wireloom_core::joint::{Arm, Mounting};
+use crate::report::result::{mean_length, mean_rotation, others, runs_through};
+use wireloom_core::joint::Arm;
 use wireloom_core::network::Joint;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rod::BranchHessian;
@@ -277,7 +277,7 @@ impl Samples<'_> {
     }
 }
 
-/// Adds to the gradients of a harness the derivative by x″ of what D has at a joint of two arms in a point. An arm
+/// Adds to the gradients of a harness the derivative by x″ of what D has at a joint that a rod runs through. An arm
 /// whose segment there has the length ℓ has `n · a`, `a = ± ((ℓ² − L²)/24) x″` (see [`Samples::edge_offset`]), with the
 /// offset `(L²/24) x″` of the centre line from the node; what acts on the joint acts at the node, not on the centre
 /// line, which is `F · (L²/24) x″`. With the pull p of each arm, `F = −Σ p`, the sum is `−Σ p · (ℓ²/24) x″`. x″ is the
@@ -308,8 +308,7 @@ pub(crate) fn defect(problem: &Problem<'_>, state: &State, samples: &[Samples<'_
         samples.add_cells(&mut gradients[0]);
         samples.add_edges(problem, &hessian.branches[index], weight, &mut gradients[1]);
     }
-    let in_a_point = |joint: &&Joint| joint.arms.len() == 2 && joint.model.mounting() == Mounting::Point;
-    for joint in problem.network.joints.iter().filter(in_a_point) {
+    for joint in problem.network.joints.iter().filter(|joint| runs_through(joint)) {
         add_joint(joint, state, samples, &mut gradients[1]);
     }
     gradients.iter_mut().for_each(|gradient| problem.network.pull_back(state, gradient));
