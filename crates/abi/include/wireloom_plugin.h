@@ -31,8 +31,9 @@ struct WireloomKind;
 
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 // arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
-// compliant hubs, springs of their arms. 6: memory of joints. 7: constitutive laws of rods.
-#define WIRELOOM_ABI_MINOR 7
+// compliant hubs, springs of their arms. 6: memory of joints. 7: constitutive laws of rods. 8: memory of rods,
+// quantities of energy and area.
+#define WIRELOOM_ABI_MINOR 8
 
 // Success.
 #define WIRELOOM_STATUS_OK 0
@@ -135,6 +136,12 @@ struct WireloomKind;
 
 // `Parameter::quantity`: in s.
 #define WIRELOOM_QUANTITY_TIME 19
+
+// `Parameter::quantity`: in J. Since ABI 1.8.
+#define WIRELOOM_QUANTITY_ENERGY 20
+
+// `Parameter::quantity`: in m². Since ABI 1.8.
+#define WIRELOOM_QUANTITY_AREA 21
 
 // `Description::shape`: some of the six degrees of freedom of the only station are prescribed.
 #define WIRELOOM_SHAPE_PRESCRIBED 1
@@ -649,8 +656,8 @@ typedef struct WireloomRodDescription {
     int32_t has_hessian;
     // Whether one instance may be evaluated from several threads concurrently (0 or 1).
     int32_t thread_safe;
-    // Zero.
-    uint32_t reserved;
+    // Number of state variables of each coupling, at most 1000. Since ABI 1.8.
+    uint32_t memory_count;
 } WireloomRodDescription;
 
 // Outputs of a law for `n` strains; null outputs are not requested.
@@ -665,7 +672,26 @@ typedef struct WireloomRodResponse {
     double *gradient;
     // Its second derivative (N or N m²): `n` times `3 × 3` numbers, each symmetric.
     double *hessian;
+    // Memory at the start of the increment: `n` times `memory_count` numbers; null for a law without one. Since ABI
+    // 1.8.
+    const double *memory;
+    // Time that the increment takes, s. Since ABI 1.8.
+    double duration;
 } WireloomRodResponse;
+
+// What `n` couplings remember, for `commit`.
+typedef struct WireloomRodCommit {
+    // Size of this struct, bytes.
+    uint32_t size;
+    // Number of couplings n.
+    uint32_t count;
+    // `n` times `memory_count` numbers: on entry those at the start of the increment, on return those at its end.
+    double *memory;
+    // Energy per length dissipated in the increment, J/m, never negative: `n` numbers, 0 on entry.
+    double *dissipated;
+    // Time that the increment took, s.
+    double duration;
+} WireloomRodCommit;
 
 // Functions of a rod: the constitutive laws of a branch. The program does the kinematics: positions and frames,
 // temperature, rest shape, derivatives along all of these. The energy of a branch is
@@ -678,6 +704,10 @@ typedef struct WireloomRodResponse {
 // of the first component changes nothing (a branch that is run from its other end has such strains); W is convex.
 // Their second derivatives at 0 should be near the stiffnesses that the section states. Threads: as for
 // `ConstraintKind`. Since ABI 1.7.
+//
+// The law of bending and twist may remember: each coupling has the same number of state variables, all 0 at first. V is
+// then the energy of an increment, for the memory at its start: what is stored beyond that of a memory of 0, and what
+// is dissipated on the way. `bend` changes no memory; `commit` does, once an increment has converged. Since ABI 1.8.
 typedef struct WireloomRodKind {
     // Size of this struct, bytes.
     uint32_t size;
@@ -703,6 +733,13 @@ typedef struct WireloomRodKind {
                     const double *strains,
                     struct WireloomRodResponse *response,
                     struct WireloomText *message);
+    // Updates the memory to the curvatures that end an increment, 1/m, as `bend` gets them. With the new memory and no
+    // duration `bend` gives the same moments; a second call changes nothing and dissipates nothing. May be null only if
+    // no instance has `memory_count`. Since ABI 1.8.
+    int32_t (*commit)(const void *instance,
+                      const double *strains,
+                      struct WireloomRodCommit *committed,
+                      struct WireloomText *message);
 } WireloomRodKind;
 
 // A kind that scenarios can use.

@@ -17,6 +17,8 @@
 // and one or both of
 //     void stretch(const double *strains, WireloomRodResponse &out) const;
 //     void bend(const double *strains, WireloomRodResponse &out) const;
+// and, if it remembers (`memory_count` of its description),
+//     void commit(const double *strains, WireloomRodCommit &committed) const;
 // The description comes with has_stretch and has_bend set for those that there are.
 // All rules of wireloom_plugin.h hold. A function refuses by throwing wireloom::Refusal. One that is private, not const
 // or takes other arguments would not be called: it does not compile. So no class is final, and nothing else in it has
@@ -188,6 +190,10 @@ WireloomRodKind rod_functions() {
                       "void bend(const double *strains, WireloomRodResponse &out) const");
     static_assert(has_stretch<T> || has_bend<T> || names_stretch<T> || names_bend<T> || std::is_final_v<T>,
                   "this class has no law: declare `stretch`, `bend` or both");
+    constexpr bool has_commit =
+        requires(const T &t, const double *s, WireloomRodCommit &committed) { t.commit(s, committed); };
+    WIRELOOM_CALLABLE(has_commit || !names_commit<T>, "commit",
+                      "void commit(const double *strains, WireloomRodCommit &committed) const");
     WireloomRodKind all{};
     all.size = sizeof all;
     all.create = [](const WireloomKind *, const WireloomRodSpec *spec, void **instance,
@@ -207,6 +213,12 @@ WireloomRodKind rod_functions() {
     if constexpr (has_bend<T>) {
         all.bend = [](const void *instance, const double *strains, WireloomRodResponse *out, WireloomText *message) {
             return guarded(message, [&] { static_cast<const T *>(instance)->bend(strains, *out); });
+        };
+    }
+    if constexpr (has_commit) {
+        all.commit = [](const void *instance, const double *strains, WireloomRodCommit *committed,
+                        WireloomText *message) {
+            return guarded(message, [&] { static_cast<const T *>(instance)->commit(strains, *committed); });
         };
     }
     return all;

@@ -50,8 +50,9 @@ pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 pub const ABI_MAJOR: u32 = 1;
 /// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 /// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
-/// compliant hubs, springs of their arms. 6: memory of joints. 7: constitutive laws of rods.
-pub const ABI_MINOR: u32 = 7;
+/// compliant hubs, springs of their arms. 6: memory of joints. 7: constitutive laws of rods. 8: memory of rods,
+/// quantities of energy and area.
+pub const ABI_MINOR: u32 = 8;
 
 /// Success.
 pub const STATUS_OK: i32 = 0;
@@ -125,6 +126,10 @@ pub const QUANTITY_THERMAL_CURVATURE: i32 = 17;
 pub const QUANTITY_ANGULAR_SPEED: i32 = 18;
 /// [`Parameter::quantity`]: in s.
 pub const QUANTITY_TIME: i32 = 19;
+/// [`Parameter::quantity`]: in J. Since ABI 1.8.
+pub const QUANTITY_ENERGY: i32 = 20;
+/// [`Parameter::quantity`]: in m². Since ABI 1.8.
+pub const QUANTITY_AREA: i32 = 21;
 
 /// [`Description::shape`]: some of the six degrees of freedom of the only station are prescribed.
 pub const SHAPE_PRESCRIBED: i32 = 1;
@@ -755,6 +760,10 @@ pub struct JointEvaluation {
 /// of the first component changes nothing (a branch that is run from its other end has such strains); W is convex.
 /// Their second derivatives at 0 should be near the stiffnesses that the section states. Threads: as for
 /// [`ConstraintKind`]. Since ABI 1.7.
+///
+/// The law of bending and twist may remember: each coupling has the same number of state variables, all 0 at first. V is
+/// then the energy of an increment, for the memory at its start: what is stored beyond that of a memory of 0, and what
+/// is dissipated on the way. `bend` changes no memory; `commit` does, once an increment has converged. Since ABI 1.8.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct RodKind {
@@ -791,6 +800,17 @@ pub struct RodKind {
             instance: *const c_void,
             strains: *const f64,
             response: *mut RodResponse,
+            message: *mut Text,
+        ) -> i32,
+    >,
+    /// Updates the memory to the curvatures that end an increment, 1/m, as `bend` gets them. With the new memory and no
+    /// duration `bend` gives the same moments; a second call changes nothing and dissipates nothing. May be null only if
+    /// no instance has `memory_count`. Since ABI 1.8.
+    pub commit: Option<
+        unsafe extern "C" fn(
+            instance: *const c_void,
+            strains: *const f64,
+            committed: *mut RodCommit,
             message: *mut Text,
         ) -> i32,
     >,
@@ -843,8 +863,8 @@ pub struct RodDescription {
     pub has_hessian: i32,
     /// Whether one instance may be evaluated from several threads concurrently (0 or 1).
     pub thread_safe: i32,
-    /// Zero.
-    pub reserved: u32,
+    /// Number of state variables of each coupling, at most 1000. Since ABI 1.8.
+    pub memory_count: u32,
 }
 
 /// Outputs of a law for `n` strains; null outputs are not requested.
@@ -861,4 +881,25 @@ pub struct RodResponse {
     pub gradient: *mut f64,
     /// Its second derivative (N or N m²): `n` times `3 × 3` numbers, each symmetric.
     pub hessian: *mut f64,
+    /// Memory at the start of the increment: `n` times `memory_count` numbers; null for a law without one. Since ABI
+    /// 1.8.
+    pub memory: *const f64,
+    /// Time that the increment takes, s. Since ABI 1.8.
+    pub duration: f64,
+}
+
+/// What `n` couplings remember, for `commit`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct RodCommit {
+    /// Size of this struct, bytes.
+    pub size: u32,
+    /// Number of couplings n.
+    pub count: u32,
+    /// `n` times `memory_count` numbers: on entry those at the start of the increment, on return those at its end.
+    pub memory: *mut f64,
+    /// Energy per length dissipated in the increment, J/m, never negative: `n` numbers, 0 on entry.
+    pub dissipated: *mut f64,
+    /// Time that the increment took, s.
+    pub duration: f64,
 }

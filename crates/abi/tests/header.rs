@@ -42,6 +42,7 @@ const STRUCTS: &[&str] = &[
     "RodSpec",
     "RodDescription",
     "RodResponse",
+    "RodCommit",
     "Notes",
 ];
 
@@ -205,13 +206,14 @@ fn layout() -> String {
             size, mounting, thread_safe, has_gradient, has_hessian, reserved, memory, memory_count, reserved_too,
         }
         JointEvaluation { size, arm_count, energy, gradient, hessian, memory }
-        RodKind { size, reserved, create, destroy, stretch, bend }
+        RodKind { size, reserved, create, destroy, stretch, bend, commit }
         RodSpec {
             size, value_count, name, values, length, curvature, diameter, linear_density, axial_stiffness,
             shear_stiffness, bending_stiffness, torsion_stiffness,
         }
-        RodDescription { size, has_stretch, has_bend, has_hessian, thread_safe, reserved }
-        RodResponse { size, count, energy, gradient, hessian }
+        RodDescription { size, has_stretch, has_bend, has_hessian, thread_safe, memory_count }
+        RodResponse { size, count, energy, gradient, hessian, memory, duration }
+        RodCommit { size, count, memory, dissipated, duration }
     }
     c
 }

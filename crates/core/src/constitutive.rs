@@ -8,6 +8,9 @@
 //! taken off; a law answers with energies per length and their derivatives, for a whole branch in one call. W is the
 //! law of stretch and shear, V that of bending and twist. As segments and couplings lie at different places, no law
 //! depends on both strains: stretch cannot be coupled with twist.
+//!
+//! A law of bending and twist may remember: V is then the incremental potential for the memory z at the start of an
+//! increment (see [`crate::RodSegment`]).
 
 use crate::terms::slope::{Contradiction, Slope, along};
 use crate::{Matrix, Section, Vector};
@@ -34,11 +37,27 @@ pub struct Response<'r> {
     pub hessian: Option<&'r mut [Matrix]>,
 }
 
+/// What a law knows beside the strain.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Past<'p> {
+    /// Memory at the start of the increment: [`ConstitutiveLaw::memory`] numbers for each strain, in their order.
+    pub memory: &'p [f64],
+    /// Time that the increment takes, s.
+    pub duration: f64,
+}
+
+impl<'p> Past<'p> {
+    /// That of one strain of a block, of a law with so many numbers for each; without any where there are too few.
+    pub fn of(&self, k: usize, numbers: usize) -> Self {
+        Self { memory: self.memory.get(k * numbers..(k + 1) * numbers).unwrap_or_default(), ..*self }
+    }
+}
+
 impl Response<'_> {
-    /// Writes what is asked for, strain by strain.
-    pub fn each(&mut self, strains: &[Vector], law: impl Fn(&Vector) -> Point) {
+    /// Writes what is asked for, strain by strain; `law` gets the index of each, too.
+    pub fn each(&mut self, strains: &[Vector], law: impl Fn(usize, &Vector) -> Point) {
         for (k, strain) in strains.iter().enumerate() {
-            let point = law(strain);
+            let point = law(k, strain);
             if let Some(all) = &mut self.energy {
                 all[k] = point.energy;
             }
@@ -61,9 +80,22 @@ impl Response<'_> {
 /// section states: scales and error estimates rest on that. [`Self::respond`] neither allocates nor fails, writes all
 /// that it is asked for, and gives the same bits for the same strain wherever it stands. Strains that are not finite
 /// give numbers that are not finite.
+///
+/// A law with a memory is asked at the memory that [`Self::commit`] wrote last, all numbers of which are 0 at first:
+/// what is said above of the strain 0 holds for these, all else for any memory.
 pub trait ConstitutiveLaw: Send + Sync {
-    /// Writes what is asked for.
-    fn respond(&self, strains: &[Vector], response: &mut Response<'_>);
+    /// Writes what is asked for. The memory does not change.
+    fn respond(&self, strains: &[Vector], past: Past<'_>, response: &mut Response<'_>);
+
+    /// Number of state variables for each strain; 0: the law is elastic. Only laws of bending and twist may have any.
+    fn memory(&self) -> usize {
+        0
+    }
+
+    /// Updates the memory (as in [`Past`]) to the strains at the end of an increment of this duration (s), and writes
+    /// the energy per length that was dissipated at each of them (J/m, never negative; 0 on entry). With the new memory
+    /// and no duration the law gives the same moments; a second call then changes no bit and dissipates nothing.
+    fn commit(&self, _strains: &[Vector], _duration: f64, _memory: &mut [f64], _dissipated: &mut [f64]) {}
 
     /// Message of a fatal fault, if one has occurred; see [`crate::Constraint::fault`].
     fn fault(&self) -> Option<String> {
@@ -72,24 +104,24 @@ pub trait ConstitutiveLaw: Send + Sync {
 }
 
 impl dyn ConstitutiveLaw + '_ {
-    /// The law at one strain.
-    pub fn at(&self, strain: &Vector) -> Point {
+    /// The law at one strain, with its past.
+    pub fn at(&self, strain: &Vector, past: Past<'_>) -> Point {
         let (mut energy, mut gradient, mut hessian) = ([f64::NAN], [Vector::zeros()], [Matrix::zeros()]);
         let (of_energy, of_gradient, of_hessian) = (Some(&mut energy[..]), Some(&mut gradient[..]), &mut hessian[..]);
         let mut response = Response { energy: of_energy, gradient: of_gradient, hessian: Some(of_hessian) };
-        self.respond(&[*strain], &mut response);
+        self.respond(&[*strain], past, &mut response);
         Point { energy: energy[0], gradient: gradient[0], hessian: hessian[0] }
     }
 
-    /// The strain under a force (N) or moment (N m).
-    pub fn strain_under(&self, load: &Vector) -> Vector {
-        strain_under(load, |strain| self.at(strain))
+    /// The strain under a force (N) or moment (N m), with its past.
+    pub fn strain_under(&self, load: &Vector, past: Past<'_>) -> Vector {
+        strain_under(load, |strain| self.at(strain, past))
     }
 
     /// Compares one slope of the energies along a line through these strains with differences, and one slope of the
     /// forces along it; see [`crate::terms::slope`]. Strains that are nowhere above `least` are not judged: there laws
     /// that are written down plainly are round-off.
-    fn contradiction(&self, strains: &[Vector], least: f64) -> Option<(Derivatives, Contradiction)> {
+    fn contradiction(&self, strains: &[Vector], past: Past<'_>, least: f64) -> Option<(Derivatives, Contradiction)> {
         let n = strains.len();
         let size = strains.iter().map(Vector::norm).fold(0.0, f64::max);
         if size.is_nan() || size < least {
@@ -99,7 +131,7 @@ impl dyn ConstitutiveLaw + '_ {
         let moved = |t: f64| -> Vec<Vector> { strains.iter().enumerate().map(|(k, e)| e + line(k) * t).collect() };
         let (mut gradient, mut hessian) = (vec![Vector::zeros(); n], vec![Matrix::zeros(); n]);
         let mut response = Response { energy: None, gradient: Some(&mut gradient), hessian: Some(&mut hessian) };
-        self.respond(strains, &mut response);
+        self.respond(strains, past, &mut response);
         let (mut first, mut second) = (Slope::default(), Slope::default());
         for k in 0..n {
             first.add(&gradient[k], &line(k));
@@ -107,14 +139,14 @@ impl dyn ConstitutiveLaw + '_ {
         }
         let found = first.contradiction(|t| {
             let mut energy = vec![f64::NAN; n];
-            self.respond(&moved(t), &mut Response { energy: Some(&mut energy), gradient: None, hessian: None });
+            self.respond(&moved(t), past, &mut Response { energy: Some(&mut energy), gradient: None, hessian: None });
             energy.iter().sum()
         });
         if let Some(found) = found {
             return Some((Derivatives::First, found));
         }
         let found = second.contradiction(|t| {
-            self.respond(&moved(t), &mut Response { energy: None, gradient: Some(&mut gradient), hessian: None });
+            self.respond(&moved(t), past, &mut Response { energy: None, gradient: Some(&mut gradient), hessian: None });
             gradient.iter().enumerate().map(|(k, force)| force.dot(&line(k))).sum()
         });
         found.map(|found| (Derivatives::Second, found))
@@ -150,10 +182,21 @@ impl ConstitutiveLaws {
         [&self.stretch, &self.bend].into_iter().flatten().find_map(|law| law.fault())
     }
 
-    /// The first derivatives of a law, at these strains of segments and couplings, that contradict its values.
-    pub fn contradiction(&self, [segments, couplings]: [&[Vector]; 2]) -> Option<(Derivatives, Contradiction)> {
-        let of = |law: &Option<Box<dyn ConstitutiveLaw>>, strains, least| law.as_ref()?.contradiction(strains, least);
-        of(&self.stretch, segments, LEAST[0]).or_else(|| of(&self.bend, couplings, LEAST[1]))
+    /// The first derivatives of a law, at these strains of segments and couplings and with the past of these, that
+    /// contradict its values.
+    pub fn contradiction(
+        &self,
+        [segments, couplings]: [&[Vector]; 2],
+        past: Past<'_>,
+    ) -> Option<(Derivatives, Contradiction)> {
+        let [stretch, bend] = [&self.stretch, &self.bend];
+        let of_stretch = stretch.as_ref().and_then(|law| law.contradiction(segments, Past::default(), LEAST[0]));
+        of_stretch.or_else(|| bend.as_ref()?.contradiction(couplings, past, LEAST[1]))
+    }
+
+    /// Number of state variables of each coupling.
+    pub fn memory(&self) -> usize {
+        self.bend.as_ref().map_or(0, |law| law.memory())
     }
 }
 
@@ -213,9 +256,9 @@ mod tests {
     struct Spring([f64; 2]);
 
     impl ConstitutiveLaw for Spring {
-        fn respond(&self, strains: &[Vector], response: &mut Response<'_>) {
+        fn respond(&self, strains: &[Vector], _: Past<'_>, response: &mut Response<'_>) {
             let Self([first, second]) = self;
-            response.each(strains, |e| Point {
+            response.each(strains, |_, e| Point {
                 energy: 1.5 * e.norm_squared(),
                 gradient: e * (3.0 * first),
                 hessian: Matrix::identity() * (3.0 * second),
@@ -226,7 +269,7 @@ mod tests {
     fn found(factors: [f64; 2], size: f64) -> Option<Derivatives> {
         let strains: Vec<Vector> = (0..40).map(|k| along(k + 7) * size).collect();
         let laws = ConstitutiveLaws { stretch: None, bend: Some(Box::new(Spring(factors))) };
-        laws.contradiction([&[], &strains]).map(|(which, _)| which)
+        laws.contradiction([&[], &strains], Past::default()).map(|(which, _)| which)
     }
 
     #[test]
@@ -246,6 +289,6 @@ mod tests {
     fn the_strain_under_a_load_has_that_load() {
         let law: Box<dyn ConstitutiveLaw> = Box::new(Spring([1.0, 1.0]));
         let load = Vector::new(0.3, -0.6, 1.2);
-        assert!((law.strain_under(&load) - load / 3.0).norm() < 1e-15);
+        assert!((law.strain_under(&load, Past::default()) - load / 3.0).norm() < 1e-15);
     }
 }

@@ -1,5 +1,6 @@
 //! The harness as a graph of branches, joints and constraints, and their indices in a [`crate::State`].
 
+use crate::constitutive::Past;
 use crate::constraint::{Constraint, Limits, Residual, Slide};
 use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
@@ -164,9 +165,10 @@ impl Branch {
     pub fn strain_under(&self, tension: f64) -> (f64, f64) {
         match self.rod.constitutive().and_then(|laws| laws.stretch.as_deref()) {
             Some(law) => {
-                let strain = law.strain_under(&(Vector::z() * tension));
+                let strain = law.strain_under(&(Vector::z() * tension), Past::default());
                 // Under an axial force alone: the compliance along d3.
-                let compliance = law.at(&strain).hessian.try_inverse().map_or(f64::NAN, |inverse| inverse.m33);
+                let compliance =
+                    law.at(&strain, Past::default()).hessian.try_inverse().map_or(f64::NAN, |inverse| inverse.m33);
                 (strain.z, compliance.recip())
             }
             None => (self.section.strain(tension), self.section.stiffness_at(tension)),
@@ -186,6 +188,11 @@ impl Branch {
     /// Whether its twist follows from its moment by GJ.
     pub fn twists_linearly(&self) -> bool {
         self.section.twists_linearly() && !self.has_own_bending()
+    }
+
+    /// Whether it keeps a set: something in its section or in the laws of its rod slips, yields or relaxes.
+    pub fn remembers(&self) -> bool {
+        !self.rod.memory().is_empty()
     }
 
     fn has_own_bending(&self) -> bool {

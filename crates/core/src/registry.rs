@@ -53,6 +53,10 @@ pub enum Quantity {
     AngularSpeed,
     /// s
     Time,
+    /// J
+    Energy,
+    /// m²
+    Area,
 }
 
 /// Form of a parameter.

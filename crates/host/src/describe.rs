@@ -270,6 +270,8 @@ fn quantity(plain: i32) -> Option<Quantity> {
         abi::QUANTITY_THERMAL_CURVATURE => Quantity::ThermalCurvature,
         abi::QUANTITY_ANGULAR_SPEED => Quantity::AngularSpeed,
         abi::QUANTITY_TIME => Quantity::Time,
+        abi::QUANTITY_ENERGY => Quantity::Energy,
+        abi::QUANTITY_AREA => Quantity::Area,
         _ => return None,
     })
 }

@@ -11,7 +11,7 @@ use std::iter::repeat_n;
 use std::ptr::null_mut;
 use std::sync::Arc;
 use wireloom_abi as abi;
-use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, ConstitutiveSpec, Response};
+use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, ConstitutiveSpec, Past, Response};
 use wireloom_core::registry::{BuildError, ConstitutiveKind, Parameters, RodKind};
 use wireloom_core::{Matrix, Parameter, Vector};
 
@@ -77,19 +77,29 @@ impl Factory {
             instance.allow_concurrent_calls();
         }
         let numeric = description.has_hessian == 0;
+        let numbers = description.memory_count;
+        if numbers > MOST_NUMBERS {
+            return Err(refuse(format!(
+                "says that a coupling remembers {numbers} numbers; at most {MOST_NUMBERS} can be"
+            )));
+        }
+        if numbers > 0 && (self.functions.commit.is_none() || description.has_bend == 0) {
+            let what = if description.has_bend == 0 { "law of bending" } else { "function `commit`" };
+            return Err(refuse(format!("has a memory of couplings, and no {what}")));
+        }
         let shared = Arc::new(Shared { instance, functions: self.functions });
-        let law = |has: i32, known: &'static Known, function: Option<Evaluate>| {
+        let law = |has: i32, known: &'static Known, function: Option<Evaluate>, memory: u32| {
             if has == 0 {
                 return Ok(None);
             }
             let word = known.function.to_string_lossy();
             let function = function.ok_or_else(|| refuse(format!("has no function `{word}`, which it describes")))?;
-            let law = Law { shared: shared.clone(), known, function, numeric };
+            let law = Law { shared: shared.clone(), known, function, numeric, memory: memory as usize };
             Ok(Some(Box::new(law) as Box<dyn ConstitutiveLaw>))
         };
         let laws = ConstitutiveLaws {
-            stretch: law(description.has_stretch, &STRETCH, self.functions.stretch)?,
-            bend: law(description.has_bend, &BEND, self.functions.bend)?,
+            stretch: law(description.has_stretch, &STRETCH, self.functions.stretch, 0)?,
+            bend: law(description.has_bend, &BEND, self.functions.bend, numbers)?,
         };
         if laws.stretch.is_none() && laws.bend.is_none() {
             return Err(refuse(
@@ -102,6 +112,9 @@ impl Factory {
         Ok(laws)
     }
 }
+
+/// Largest number of state variables of a coupling.
+const MOST_NUMBERS: u32 = 1000;
 
 type Evaluate =
     unsafe extern "C" fn(*const c_void, *const f64, response: *mut abi::RodResponse, message: *mut abi::Text) -> i32;
@@ -152,6 +165,8 @@ struct Law {
     function: Evaluate,
     /// Whether second derivatives are left to the program.
     numeric: bool,
+    /// Number of state variables for each strain.
+    memory: usize,
 }
 
 /// Arrays of one call, and what second derivatives by differences need.
@@ -168,9 +183,9 @@ thread_local! {
 
 impl Law {
     /// Calls the law. What it is asked for is finite, or all NaN.
-    fn call(&self, buffers: &mut Buffers, strains: &[Vector], response: &mut Response<'_>) {
+    fn call(&self, buffers: &mut Buffers, strains: &[Vector], past: Past<'_>, response: &mut Response<'_>) {
         // A trial state of the minimiser may be no state at all: that is not the plugin's fault.
-        if strains.iter().any(|e| !(e.x.is_finite() && e.y.is_finite() && e.z.is_finite())) {
+        if !are_finite(strains) || past.memory.len() != self.memory * strains.len() {
             return fill(response, f64::NAN);
         }
         let (n, [in_strains, in_energy, in_gradient, in_hessian]) = (strains.len(), self.known.arrays);
@@ -180,6 +195,7 @@ impl Law {
         let energy = buffers.add(in_energy, room(response.energy.is_some(), 1));
         let gradient = buffers.add(in_gradient, room(response.gradient.is_some(), 3));
         let hessian = buffers.add(in_hessian, room(response.hessian.is_some(), 9));
+        let memory = buffers.add("memory", past.memory.iter().copied());
         let first = buffers.address();
         // SAFETY: all arrays are in one allocation, which stays as it is during the call.
         let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
@@ -190,6 +206,8 @@ impl Law {
             energy: output(response.energy.is_some(), energy),
             gradient: output(response.gradient.is_some(), gradient),
             hessian: output(response.hessian.is_some(), hessian),
+            memory: output(self.memory > 0, memory),
+            duration: past.duration,
         };
         let input = address(input);
         let instance = &self.shared.instance;
@@ -218,7 +236,7 @@ impl Law {
     }
 
     /// Writes second derivatives by differences of the first, for all strains at a time.
-    fn differentiate(&self, scratch: &mut Scratch, strains: &[Vector], hessians: &mut [Matrix]) {
+    fn differentiate(&self, scratch: &mut Scratch, strains: &[Vector], past: Past<'_>, hessians: &mut [Matrix]) {
         let Scratch { buffers, moved, gradient } = scratch;
         let step = |e: &Vector| STEP * e.norm().max(self.known.least);
         gradient.clear();
@@ -232,7 +250,8 @@ impl Law {
                     to[axis] += place * step(e);
                     to
                 }));
-                self.call(buffers, moved, &mut Response { energy: None, gradient: Some(gradient), hessian: None });
+                let mut response = Response { energy: None, gradient: Some(gradient), hessian: None };
+                self.call(buffers, moved, past, &mut response);
                 for ((e, force), hessian) in strains.iter().zip(&*gradient).zip(&mut *hessians) {
                     let share = force * (0.5 * weight / (12.0 * step(e)));
                     for row in 0..3 {
@@ -243,6 +262,11 @@ impl Law {
             }
         }
     }
+}
+
+/// Whether all components of all are.
+fn are_finite(strains: &[Vector]) -> bool {
+    strains.iter().all(|e| e.x.is_finite() && e.y.is_finite() && e.z.is_finite())
 }
 
 /// Writes one number everywhere.
@@ -259,18 +283,60 @@ fn fill(response: &mut Response<'_>, number: f64) {
 }
 
 impl ConstitutiveLaw for Law {
-    fn respond(&self, strains: &[Vector], response: &mut Response<'_>) {
+    fn respond(&self, strains: &[Vector], past: Past<'_>, response: &mut Response<'_>) {
         if strains.is_empty() {
             return;
         }
         SCRATCH.with_borrow_mut(|scratch| {
             let by_differences = response.hessian.take_if(|_| self.numeric);
             if response.energy.is_some() || response.gradient.is_some() || response.hessian.is_some() {
-                self.call(&mut scratch.buffers, strains, response);
+                self.call(&mut scratch.buffers, strains, past, response);
             }
             if let Some(hessians) = by_differences {
-                self.differentiate(scratch, strains, hessians);
+                self.differentiate(scratch, strains, past, hessians);
                 response.hessian = Some(hessians);
+            }
+        });
+    }
+
+    fn memory(&self) -> usize {
+        self.memory
+    }
+
+    fn commit(&self, strains: &[Vector], duration: f64, memory: &mut [f64], dissipated: &mut [f64]) {
+        let Some(commit) = self.shared.functions.commit.filter(|_| self.memory > 0 && !strains.is_empty()) else {
+            return;
+        };
+        SCRATCH.with_borrow_mut(|Scratch { buffers, .. }| {
+            buffers.clear();
+            let input = buffers.add("curvatures", strains.iter().flat_map(|e| [e.x, e.y, e.z]));
+            let numbers = buffers.add("memory", memory.iter().copied());
+            let lost = buffers.add("dissipated", repeat_n(0.0, strains.len()));
+            let first = buffers.address();
+            // SAFETY: all arrays are in one allocation, which stays as it is during the call.
+            let address = |array: Array| unsafe { first.add(buffers.offset(array)) };
+            let mut committed = abi::RodCommit {
+                size: size_of::<abi::RodCommit>() as u32,
+                count: strains.len() as u32,
+                memory: address(numbers),
+                dissipated: address(lost),
+                duration,
+            };
+            let input = address(input);
+            let instance = &self.shared.instance;
+            // SAFETY: all arguments are as the ABI demands.
+            let call = |own, text| unsafe { commit(own, input, &mut committed, text) };
+            let good = instance.call(c"commit", call)
+                && instance.kept_to_its_arrays(buffers, "commit")
+                && instance.finite("memory", buffers.get(numbers), "commit")
+                && instance.finite("dissipated", buffers.get(lost), "commit");
+            if let Some(negative) = buffers.get(lost).iter().find(|x| **x < 0.0) {
+                return instance
+                    .fail(format!("returned {negative} as dissipated energy in `commit`; it is never negative"));
+            }
+            if good {
+                memory.copy_from_slice(buffers.get(numbers));
+                dissipated.copy_from_slice(buffers.get(lost));
             }
         });
     }

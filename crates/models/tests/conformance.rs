@@ -1,7 +1,7 @@
 //! The built-in kinds, as the registry makes them, under the conformance suites.
 
 use nalgebra::Unit;
-use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Point, Response};
+use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Past, Point, Response};
 use wireloom_core::constraint::{Constraint, ConstraintSpec, HoldWord};
 use wireloom_core::curve::Curve;
 use wireloom_core::joint::{JointModel, JointSpec};
@@ -67,8 +67,8 @@ struct Softening {
 }
 
 impl ConstitutiveLaw for Softening {
-    fn respond(&self, strains: &[Vector], response: &mut Response<'_>) {
-        response.each(strains, |e| {
+    fn respond(&self, strains: &[Vector], _: Past<'_>, response: &mut Response<'_>) {
+        response.each(strains, |_, e| {
             let force = self.c * e;
             let root = (1.0 + e.dot(&force) / self.limit).sqrt();
             Point {
@@ -79,6 +79,64 @@ impl ConstitutiveLaw for Softening {
             }
         });
     }
+}
+
+/// About each axis a spring c beside one that slips, of stiffness k, where its moment reaches y; z is what has slipped.
+/// `V = ½ c e² + ½ k (e − z′)² + y |z′ − z|`.
+struct Slipping {
+    c: Vector,
+    k: f64,
+    y: f64,
+}
+
+impl Slipping {
+    /// Moment of the spring that slips.
+    fn sticks(&self, e: f64, z: f64) -> f64 {
+        (self.k * (e - z)).clamp(-self.y, self.y)
+    }
+
+    fn at(&self, e: &Vector, z: &[f64]) -> Point {
+        let mut point = Point::default();
+        for axis in 0..3 {
+            let (e, z, c) = (e[axis], z[axis], self.c[axis]);
+            let moment = self.sticks(e, z);
+            let slipped = e - moment / self.k - z;
+            let slips = moment.abs() == self.y;
+            point.energy +=
+                0.5 * (c * e * e + moment * moment / self.k) + if slips { self.y * slipped.abs() } else { 0.0 };
+            point.gradient[axis] = c * e + moment;
+            point.hessian[(axis, axis)] = if slips { c } else { c + self.k };
+        }
+        point
+    }
+}
+
+impl ConstitutiveLaw for Slipping {
+    fn respond(&self, strains: &[Vector], past: Past<'_>, response: &mut Response<'_>) {
+        response.each(strains, |k, e| self.at(e, past.of(k, 3).memory));
+    }
+
+    fn memory(&self) -> usize {
+        3
+    }
+
+    fn commit(&self, strains: &[Vector], _: f64, memory: &mut [f64], dissipated: &mut [f64]) {
+        for ((e, z), lost) in strains.iter().zip(memory.chunks_exact_mut(3)).zip(dissipated) {
+            for axis in 0..3 {
+                let moment = self.sticks(e[axis], z[axis]);
+                if moment.abs() == self.y {
+                    let slipped = e[axis] - moment / self.k;
+                    *lost += self.y * (slipped - z[axis]).abs();
+                    z[axis] = slipped;
+                }
+            }
+        }
+    }
+}
+
+fn rod_with_a_given_memory(spec: RodSpec) -> Box<dyn RodSegment> {
+    let law = Slipping { c: spec.section.bend_diagonal(), k: 0.04, y: 0.05 };
+    wireloom_models::rods::constitutive::rod(spec, ConstitutiveLaws { stretch: None, bend: Some(Box::new(law)) })
 }
 
 /// Laws whose second and third components are coupled: these keep their signs where a branch is run from its other end.
@@ -179,6 +237,8 @@ fn springs(angular: Option<f64>) -> Vec<(&'static str, Value)> {
 rod_conformance!(given_laws_of_stretch_and_bending, rod_with_given_laws);
 rod_conformance!(given_law_of_stretch, rod_with_given_stretch);
 constitutive_conformance!(given_laws_by_themselves, rod_with_given_laws);
+rod_conformance!(given_law_that_remembers, rod_with_a_given_memory);
+constitutive_conformance!(given_law_that_remembers_by_itself, rod_with_a_given_memory);
 rod_order_conformance!(given_laws_that_are_linear, rod_with_linear_given_laws);
 rod_conformance!(cosserat_rod, rod("cosserat"));
 rod_order_conformance!(cosserat_rod_order, rod("cosserat"));

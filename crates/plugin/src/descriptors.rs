@@ -79,6 +79,7 @@ fn rod_kind(kind: ConstitutiveKind) -> abi::Kind {
         destroy: Some(rod::destroy),
         stretch: Some(rod::stretch),
         bend: Some(rod::bend),
+        commit: Some(rod::commit),
     };
     abi::Kind { rod: &raw const leak(Table { functions, kind }).functions, ..described }
 }
@@ -178,6 +179,8 @@ fn abi_quantity(quantity: Quantity) -> i32 {
         Quantity::ThermalCurvature => abi::QUANTITY_THERMAL_CURVATURE,
         Quantity::AngularSpeed => abi::QUANTITY_ANGULAR_SPEED,
         Quantity::Time => abi::QUANTITY_TIME,
+        Quantity::Energy => abi::QUANTITY_ENERGY,
+        Quantity::Area => abi::QUANTITY_AREA,
     }
 }
 

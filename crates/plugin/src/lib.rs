@@ -6,7 +6,7 @@
 //! A rod is written as its constitutive laws; the program lays them on the grid of the built-in rods:
 //!
 //! ```
-//! use wireloom_plugin::core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Point, Response};
+//! use wireloom_plugin::core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Past, Point, Response};
 //! use wireloom_plugin::core::registry::ConstitutiveKind;
 //! use wireloom_plugin::core::{Matrix, Vector};
 //!
@@ -14,9 +14,9 @@
 //! struct Round(f64);
 //!
 //! impl ConstitutiveLaw for Round {
-//!     fn respond(&self, curvatures: &[Vector], response: &mut Response<'_>) {
+//!     fn respond(&self, curvatures: &[Vector], _: Past<'_>, response: &mut Response<'_>) {
 //!         let Self(c) = *self;
-//!         response.each(curvatures, |kappa| Point {
+//!         response.each(curvatures, |_, kappa| Point {
 //!             energy: 0.5 * c * kappa.norm_squared(),
 //!             gradient: kappa * c,
 //!             hessian: Matrix::identity() * c,

@@ -19,6 +19,18 @@ pub unsafe fn slice<'a, T>(first: *const T, count: usize) -> &'a [T] {
     unsafe { std::slice::from_raw_parts(first, count) }
 }
 
+/// As [`slice`], to be written to.
+///
+/// # Safety
+/// As for [`slice`]; nothing else refers to the elements meanwhile.
+pub unsafe fn slice_mut<'a, T>(first: *mut T, count: usize) -> &'a mut [T] {
+    if first.is_null() || count == 0 {
+        return &mut [];
+    }
+    // SAFETY: as the caller promises.
+    unsafe { std::slice::from_raw_parts_mut(first, count) }
+}
+
 /// The text as a string; `None` if it is null.
 ///
 /// # Safety

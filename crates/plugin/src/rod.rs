@@ -3,12 +3,12 @@
 //! Their arguments are as the ABI demands: a pointer is null, or points to what the ABI says.
 
 use crate::panics::catch_panics;
-use crate::read::{parameters, section, slice, text};
+use crate::read::{parameters, section, slice, slice_mut, text};
 use crate::table::Table;
 use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
-use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, ConstitutiveSpec, Response};
+use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, ConstitutiveSpec, Past, Response};
 use wireloom_core::registry::ConstitutiveKind;
 use wireloom_core::{Matrix, Section, Vector};
 
@@ -45,7 +45,7 @@ pub unsafe extern "C" fn create(
                 has_bend: i32::from(own.bend.is_some()),
                 has_hessian: 1,
                 thread_safe: 1,
-                reserved: 0,
+                memory_count: own.memory() as u32,
             };
             *instance = Box::into_raw(own).cast();
             Ok(())
@@ -83,6 +83,33 @@ pub unsafe extern "C" fn bend(
     unsafe { catch_panics(message, || respond(&(*instance.cast::<ConstitutiveLaws>()).bend, strains, &*response)) }
 }
 
+pub unsafe extern "C" fn commit(
+    instance: *const c_void,
+    strains: *const f64,
+    committed: *mut abi::RodCommit,
+    message: *mut abi::Text,
+) -> i32 {
+    // SAFETY: see the top of this file.
+    unsafe {
+        catch_panics(message, || {
+            let law = (*instance.cast::<ConstitutiveLaws>()).bend.as_ref().ok_or("it has no such law")?;
+            let abi::RodCommit { count, memory, dissipated, duration, .. } = *committed;
+            let n = count as usize;
+            let strains: Vec<Vector> = read_strains(strains, n).collect();
+            let memory = slice_mut(memory, n * law.memory());
+            law.commit(&strains, duration, memory, slice_mut(dissipated, n));
+            Ok(())
+        })
+    }
+}
+
+/// # Safety
+/// `strains` points to so many vectors.
+unsafe fn read_strains<'a>(strains: *const f64, count: usize) -> impl Iterator<Item = Vector> + 'a {
+    // SAFETY: as the caller promises.
+    unsafe { slice(strains.cast::<[f64; 3]>(), count) }.iter().map(|e| Vector::from(*e))
+}
+
 /// # Safety
 /// `strains` and `asked` are as the ABI demands.
 unsafe fn respond(
@@ -95,13 +122,16 @@ unsafe fn respond(
     SCRATCH.with_borrow_mut(|Scratch { strains: own, energy, gradient, hessian }| {
         own.clear();
         // SAFETY: as the caller promises.
-        own.extend(unsafe { slice(strains.cast::<[f64; 3]>(), n) }.iter().map(|e| Vector::from(*e)));
+        own.extend(unsafe { read_strains(strains, n) });
+        let numbers = if asked.memory.is_null() { 0 } else { n * law.memory() };
+        // SAFETY: as the caller promises.
+        let past = Past { memory: unsafe { slice(asked.memory, numbers) }, duration: asked.duration };
         let mut response = Response {
             energy: room(energy, n, asked.energy.is_null(), f64::NAN),
             gradient: room(gradient, n, asked.gradient.is_null(), Vector::repeat(f64::NAN)),
             hessian: room(hessian, n, asked.hessian.is_null(), Matrix::repeat(f64::NAN)),
         };
-        law.respond(own, &mut response);
+        law.respond(own, past, &mut response);
         // SAFETY: as the caller promises; arrays that are not asked for are empty.
         unsafe {
             for (k, own) in energy.iter().enumerate() {

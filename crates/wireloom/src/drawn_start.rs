@@ -9,7 +9,7 @@ use wireloom_core::equilibrium::{DrawnStart, EndsElsewhere, OperationResult, Run
 use wireloom_core::network::{AttachedConstraint, Joint};
 use wireloom_core::rotation::columns;
 use wireloom_core::steps::Step;
-use wireloom_core::{Monitor, Registry, Section, Vector};
+use wireloom_core::{Monitor, Registry, Vector};
 use wireloom_export::ending::BranchEnd;
 use wireloom_scenario::{At, Constraint, Facing, Scenario};
 use wireloom_solve::steps::checkpoint::Observer;
@@ -48,6 +48,9 @@ pub fn compare_with_drawn_start(
                 spring.name
             ));
         }
+        if let Some(branch) = built.network.branches.iter().find(|branch| branch.remembers()) {
+            return Err(format!("branch \"{}\" keeps a set from the way there", branch.name));
+        }
         let remembers = |joint: &&Joint| !joint.model.memory().is_empty();
         if let Some(joint) = built.network.joints.iter().find(remembers) {
             return Err(format!("joint \"{}\" keeps a set from the way there", joint.name));
@@ -84,7 +87,6 @@ fn from_drawn(scenario: &Scenario, run: &Run, end: &StepResult) -> Result<Scenar
         (any(|step| !step.obstacle_moves.is_empty()), "obstacles move"),
         (any(|step| !step.temperatures.is_empty()), "temperatures change"),
         (any(|step| step.angular_velocity.is_some()), "the axes begin to rotate"),
-        (scenario.sections.iter().any(Section::remembers), "sections keep a set from the way there"),
     ];
     if let Some((_, why)) = reasons.into_iter().find(|(applies, _)| *applies) {
         return Err(why.to_owned());

@@ -34,7 +34,7 @@
 //! `examples/own_parts.rs` has a rod, a joint and a minimiser that are run.
 
 pub use wireloom_core::constitutive::{
-    ConstitutiveLaw, ConstitutiveLaws, ConstitutiveSpec, Point, Response, strain_under,
+    ConstitutiveLaw, ConstitutiveLaws, ConstitutiveSpec, Past, Point, Response, strain_under,
 };
 pub use wireloom_core::constraint::{
     Action, Attaches, Constraint, ConstraintSpec, ConstraintView, Equations, Hold, HoldWord, Limits, Potential,

@@ -1,6 +1,6 @@
 //! `softening-bundle`: a bundle that bends more easily the more it is bent. README.md has the physics in words.
 
-use wireloom_plugin::core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Point, Response};
+use wireloom_plugin::core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Past, Point, Response};
 use wireloom_plugin::core::registry::{ConstitutiveKind, Form, Parameter, Quantity};
 use wireloom_plugin::core::{Matrix, Vector};
 
@@ -58,9 +58,9 @@ struct SofteningBundle {
 }
 
 impl ConstitutiveLaw for SofteningBundle {
-    fn respond(&self, curvatures: &[Vector], response: &mut Response<'_>) {
+    fn respond(&self, curvatures: &[Vector], _: Past<'_>, response: &mut Response<'_>) {
         let (c, r, twist) = (&self.stiffness, self.share, Vector::z() * self.torsion);
-        response.each(curvatures, |kappa| {
+        response.each(curvatures, |_, kappa| {
             let moment = c.component_mul(kappa);
             let q = 0.5 * moment.dot(kappa);
             let s = (1.0 + q / self.limit).sqrt();

@@ -5,7 +5,7 @@ use wireloom::geometry::{Matrix, Vector};
 use wireloom::parts::rods::constitutive;
 use wireloom::parts::{
     Action, Attaches, ConstitutiveKind, ConstitutiveLaw, ConstitutiveLaws, Constraint, ConstraintKind, ConstraintView,
-    Equations, JointKind, JointModel, JointShape, Mounting, Point, Potential, Residual, Response,
+    Equations, JointKind, JointModel, JointShape, Mounting, Past, Point, Potential, Residual, Response,
 };
 use wireloom::{Registry, Run, Status};
 use wireloom_testkit::constraints::{Link, Parts, Plunger};
@@ -78,9 +78,9 @@ impl JointModel for EnergyAlone {
 struct LyingLaw([f64; 2]);
 
 impl ConstitutiveLaw for LyingLaw {
-    fn respond(&self, curvatures: &[Vector], response: &mut Response<'_>) {
+    fn respond(&self, curvatures: &[Vector], _: Past<'_>, response: &mut Response<'_>) {
         let Self([first, second]) = self;
-        response.each(curvatures, |kappa| Point {
+        response.each(curvatures, |_, kappa| Point {
             energy: 0.005 * kappa.norm_squared(),
             gradient: kappa * (0.01 * first),
             hessian: Matrix::identity() * (0.01 * second),

@@ -26,6 +26,20 @@ const WRONG: &[(u32, i32, &[&str])] = &[
     (32, 3, &["its second derivatives are not those of its first derivatives: along one line they give a slope of"]),
 ];
 
+/// As `WRONG`, of the rod that remembers.
+const WRONG_MEMORY: &[(u32, i32, &[&str])] = &[
+    (1, 1, &["has a memory of couplings, and no function `commit`"]),
+    (2, 1, &["says that a coupling remembers 5000 numbers; at most 1000 can be"]),
+    (3, 1, &["has a memory of couplings, and no law of bending"]),
+    (4, 3, &["returned NaN as memory, entry 1 of 102"]),
+    (5, 3, &["as dissipated energy in `commit`; it is never negative"]),
+    (7, 3, &["wrote beyond the end of the array `memory`, which has 102 numbers (in `commit`)"]),
+];
+
+/// Case of a memory that is wrong, and what is.
+const FORGETS: &[(u32, &str)] =
+    &[(6, "remembers another slip than its moments"), (8, "dissipates without a slip"), (4, "remembers no number")];
+
 /// Case of numbers that are wrong, what is wrong, and tests of `plugin check` that must fail.
 const FOUND: &[(u32, &str, &[&str])] = &[
     (30, "doubled forces", &["forces are the derivative of the energy", "a run finds no derivatives wrong"]),
@@ -43,7 +57,24 @@ pub fn trials() -> Vec<Named> {
         named("a rod that leaves second derivatives to the program finds the same equilibrium", without_hessian),
         named("the parameters of a rod are checked as those of a built-in one", parameters),
         named("joints and sections that a rod of a plugin would leave out are refused", refused),
+        named("a rod in C that remembers is the section with the same friction", remembers_as_a_section),
+        named("a place that slides is refused on a rod of a plugin that remembers", slides_on_what_remembers),
     ];
+    for (case, code, words) in WRONG_MEMORY {
+        let slips = move || slipping(&Place::new()?, *case, ELEMENT, *code)?.says(words);
+        all.push((format!("hostile memory of a rod {case}, {}", words[0]), Box::new(slips)));
+    }
+    for (case, what) in FORGETS {
+        all.push((
+            format!("plugin check finds a rod that {what}"),
+            Box::new(move || {
+                let place = Place::new()?;
+                build(&place, "slipping", *case)?;
+                let ended = place.wireloom(&["plugin", "check", "libslipping.so"])?.expect(3)?;
+                ensure(ended.out.contains("an increment is remembered once … FAILED"), &ended)
+            }),
+        ));
+    }
     for (case, code, words) in WRONG {
         all.push((
             format!("hostile rod {case}, {}", words[0]),
@@ -59,7 +90,7 @@ pub fn trials() -> Vec<Named> {
             format!("plugin check finds {what} of a rod"),
             Box::new(move || {
                 let place = Place::new()?;
-                build(&place, *case)?;
+                build(&place, "rodder", *case)?;
                 let ended = place.wireloom(&["plugin", "check", "librodder.so"])?.expect(3)?;
                 let all = tests.iter().all(|test| ended.out.contains(&format!("{test} … FAILED")));
                 ensure(all, &ended)
@@ -69,9 +100,10 @@ pub fn trials() -> Vec<Named> {
     all
 }
 
-fn build(place: &Place, case: u32) -> Checked {
-    let source = root().join("tests/tests/plugins/rod.c");
-    compile(&source, &place.path("librodder.so"), &[&format!("-DCASE={case}")])
+/// Builds a library out of its source here.
+fn build(place: &Place, name: &str, case: u32) -> Checked {
+    let source = root().join(format!("tests/tests/plugins/{name}.c"));
+    compile(&source, &place.path(&format!("lib{name}.so")), &[&format!("-DCASE={case}")])
 }
 
 /// A cable that hangs, twisted, between two clamps, with these lines in its section and its branch.
@@ -121,7 +153,7 @@ const LOADS: &str = "plugins = { load = [\"rodder\"], time_limit = 0.5 }";
 
 /// Runs the cable as the rod of a case.
 fn run(place: &Place, case: u32, more: &str, code: i32) -> Result<Ended, Failed> {
-    build(place, case)?;
+    build(place, "rodder", case)?;
     let text = scenario(STIFF, &format!("rod = \"straight-laws\"\n{more}"));
     fs::write(place.path("s.toml"), text.replace("schema = 1", &format!("schema = 1\n{LOADS}")))?;
     place.wireloom(&["run", "s.toml", "--allow-plugin", "librodder.so"])?.expect(code)
@@ -181,7 +213,7 @@ fn parameters() -> Checked {
 
 fn refused() -> Checked {
     let place = Place::new()?;
-    build(&place, 0)?;
+    build(&place, "rodder", 0)?;
     let branch = "rod = \"straight-laws\"";
     let friction = format!("{STIFF}\nfriction = {{ bending = [{{ stiffness = 0.01, moment = 0.01 }}] }}");
     let text = scenario(&friction, branch).replace("schema = 1", &format!("schema = 1\n{LOADS}"));
@@ -193,4 +225,57 @@ fn refused() -> Checked {
     fs::write(place.path("j.toml"), text.replace("name = \"left\"\n", &format!("name = \"left\"\n{branch}\n")))?;
     let ended = place.wireloom(&["run", "j.toml", "--allow-plugin", "librodder.so"])?.expect(1)?;
     ended.says(&["by its linear stiffness, but its rod \"straight-laws\" has another law", "model = \"fused\""])
+}
+
+/// Friction in `analytic/friction_set.toml`, as the rod of a plugin has it.
+const ELEMENT: &str = "rod = \"slipping\"\nslip_stiffness = 0.02\nslip_moment = 0.01\n";
+
+/// A cable that is turned at its end and let go, turned back and let go, with these lines in its branch.
+fn turned(branch: &str, friction: &str) -> Result<String, Failed> {
+    let text = fs::read_to_string(root().join("scenarios/analytic/friction_set.toml"))?;
+    let (before, after) = text.split_once("[sections.cable.friction]").ok_or("the scenario has no friction")?;
+    let (_, after) = after.split_once("]\n\n").ok_or("its friction has no end")?;
+    let text = format!("{before}{friction}\n{after}");
+    let text = text.replace("schema = 1\n", "schema = 1\nplugins = { load = [\"slipping\"], time_limit = 0.5 }\n");
+    Ok(text.replace("segments = 50\n", &format!("segments = 50\n{branch}")))
+}
+
+/// Runs that cable as the rod that remembers.
+fn slipping(place: &Place, case: u32, branch: &str, code: i32) -> Result<Ended, Failed> {
+    build(place, "slipping", case)?;
+    fs::write(place.path("s.toml"), turned(branch, "")?)?;
+    place.wireloom(&["run", "s.toml", "--allow-plugin", "libslipping.so"])?.expect(code)
+}
+
+/// Both are of second order in the segment length: they agree to the tolerance of the equilibrium.
+fn remembers_as_a_section() -> Checked {
+    let place = Place::new()?;
+    slipping(&place, 0, ELEMENT, 0)?;
+    let friction = "friction = { bending = [{ stiffness = 0.02, moment = 0.01 }] }";
+    fs::write(place.path("b.toml"), turned("", friction)?)?;
+    place.wireloom(&["run", "b.toml", "--out", "b", "--allow-plugin", "libslipping.so"])?.expect(0)?;
+    let [section, plugin] = [place.json("b/result.json")?, place.json("out/s/result.json")?];
+    let branch = |step: usize, key: &str| format!("/steps/{step}/branches/cable/{key}");
+    for step in 0..4 {
+        for (key, tolerance) in [("position/50/0", 1e-9), ("friction/set/25/1", 1e-9), ("friction/dissipated", 1e-9)] {
+            let at = branch(step, key);
+            near(&at, number(&plugin, &at), number(&section, &at), tolerance)?;
+        }
+    }
+    let set = number(&plugin, &branch(1, "friction/set/25/1"));
+    ensure(set.abs() > 0.3, format!("a set of {set} 1/m"))?;
+    let checked = place.wireloom(&["plugin", "check", "libslipping.so"])?.expect(0)?;
+    ensure(checked.out.contains("a coupling remembers 2 numbers"), &checked)?;
+    ensure(checked.out.contains("an increment is remembered once … ok"), &checked)
+}
+
+fn slides_on_what_remembers() -> Checked {
+    let place = Place::new()?;
+    let sliding = "[[constraints]]\nname = \"ring\"\nkind = \"handle\"\nat = { branch = \"cable\", s = 0.2 }\nposition \
+                   = [0.2, 0, 0]\nslide = true\n";
+    let text = turned(ELEMENT, "")?.replacen("[[steps]]", &format!("{sliding}[[steps]]"), 1);
+    build(&place, "slipping", 0)?;
+    fs::write(place.path("s.toml"), text)?;
+    let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libslipping.so"])?.expect(1)?;
+    ended.says(&["moves the mesh along branch \"cable\", whose rod \"slipping\" remembers"])
 }

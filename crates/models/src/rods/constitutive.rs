@@ -8,7 +8,7 @@ use crate::rods::nonlinear::with_given;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
 use wireloom_core::Vector;
 use wireloom_core::constitutive::{ConstitutiveLaws, ConstitutiveSpec};
-use wireloom_core::registry::{ConstitutiveKind, RodKind};
+use wireloom_core::registry::{BuildError, ConstitutiveKind, RodKind};
 use wireloom_core::rod::{RodSegment, RodSpec};
 
 /// The kind of rods with the laws of a kind.
@@ -17,7 +17,12 @@ pub fn kind(laws: ConstitutiveKind) -> RodKind {
     let build = Box::new(move |spec: &RodSpec, values: &_| {
         let (name, section) = (spec.name.clone(), spec.section.clone());
         let of_laws = ConstitutiveSpec { name, section, length: spec.mesh.length(), curvature: spec.curvature };
-        Ok(rod(spec.clone(), *build(&of_laws, values)?))
+        let laws = *build(&of_laws, values)?;
+        if laws.stretch.as_ref().is_some_and(|law| law.memory() > 0) {
+            let message = format!("branch \"{}\": its law of stretch has a memory", spec.name);
+            return Err(BuildError::new(message, "only laws of bending and twist may remember"));
+        }
+        Ok(rod(spec.clone(), laws))
     });
     RodKind { name, doc, parameters, build }
 }

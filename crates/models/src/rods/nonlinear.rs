@@ -6,7 +6,7 @@ use crate::kernel::BendTwist;
 use crate::rods::staggered::StaggeredRod;
 use crate::rods::stretched::{self, Stretched};
 use std::cell::RefCell;
-use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Derivatives, Point, Response};
+use wireloom_core::constitutive::{ConstitutiveLaw, ConstitutiveLaws, Derivatives, Past, Point, Response};
 use wireloom_core::law::RodLaw;
 use wireloom_core::rod::{BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
 use wireloom_core::section::AxialLaw;
@@ -66,7 +66,7 @@ struct Block {
 
 impl Block {
     /// Asks a law about the strains.
-    fn ask(&mut self, law: &dyn ConstitutiveLaw, asked: Asked) {
+    fn ask(&mut self, law: &dyn ConstitutiveLaw, past: Past<'_>, asked: Asked) {
         let n = self.strains.len();
         fn room<T: Clone>(all: &mut Vec<T>, count: usize, unwritten: T) -> Option<&mut [T]> {
             all.clear();
@@ -79,7 +79,7 @@ impl Block {
             gradient: room(&mut self.gradient, count(asked.gradient), Vector::repeat(f64::NAN)),
             hessian: room(&mut self.hessian, count(asked.hessian), Matrix::repeat(f64::NAN)),
         };
-        law.respond(&self.strains, &mut response);
+        law.respond(&self.strains, past, &mut response);
     }
 
     /// What it says of a strain; what it was not asked for is no number.
@@ -104,6 +104,7 @@ impl Lent {
     /// The answers of a law, if one is given, about the strains that `measure` writes.
     fn answers(
         law: &Option<Box<dyn ConstitutiveLaw>>,
+        past: Past<'_>,
         asked: Asked,
         count: usize,
         measure: impl FnOnce(&mut [Vector]),
@@ -113,7 +114,7 @@ impl Lent {
             block.strains.clear();
             block.strains.resize(count, Vector::zeros());
             measure(&mut block.strains);
-            block.ask(law.as_ref(), asked);
+            block.ask(law.as_ref(), past, asked);
             block
         }))
     }
@@ -165,17 +166,27 @@ impl Coupled<'_> {
     }
 }
 
+/// The past of the couplings of a branch.
+fn past<'s>(shape: &BranchShape<'s>) -> Past<'s> {
+    Past { memory: shape.memory, duration: shape.duration }
+}
+
 impl NonlinearRod {
+    /// Number of state variables of a coupling.
+    fn width(&self) -> usize {
+        self.couplings.as_ref().map_or_else(|| self.given.memory(), CouplingLaw::width)
+    }
+
     /// What a given law of bending says in this shape.
     fn ask_couplings(&self, shape: &BranchShape<'_>, asked: Asked) -> Lent {
-        Lent::answers(&self.given.bend, asked, shape.coupling_lengths.len(), |strains| {
+        Lent::answers(&self.given.bend, past(shape), asked, shape.coupling_lengths.len(), |strains| {
             strains.iter_mut().enumerate().for_each(|(c, strain)| *strain = self.linear.coupling(shape, c).strain);
         })
     }
 
     /// What a given law of stretch says in this shape.
     fn ask_segments(&self, shape: &BranchShape<'_>, asked: Asked) -> Lent {
-        Lent::answers(&self.given.stretch, asked, shape.rest_lengths.len(), |strains| {
+        Lent::answers(&self.given.stretch, Past::default(), asked, shape.rest_lengths.len(), |strains| {
             stretched::strains(&self.linear, shape, strains);
         })
     }
@@ -401,13 +412,15 @@ impl RodSegment for NonlinearRod {
             return self.law();
         }
         let mut law = self.linear.law()?;
-        let at_rest = |given: &Option<Box<dyn ConstitutiveLaw>>| {
-            given.as_ref().map(|given| given.at(&Vector::zeros()).hessian.diagonal())
+        let unused = vec![0.0; self.width()];
+        let at_rest = |given: &Option<Box<dyn ConstitutiveLaw>>, memory| {
+            let past = Past { memory, duration: 0.0 };
+            given.as_ref().map(|given| given.at(&Vector::zeros(), past).hessian.diagonal())
         };
-        if let Some(stiffness) = at_rest(&self.given.stretch) {
+        if let Some(stiffness) = at_rest(&self.given.stretch, &[]) {
             law.segments.iter_mut().for_each(|own| own.stiffness = stiffness);
         }
-        if let Some(stiffness) = at_rest(&self.given.bend) {
+        if let Some(stiffness) = at_rest(&self.given.bend, &unused) {
             law.couplings.fill(stiffness);
         }
         Some(law)
@@ -420,15 +433,20 @@ impl RodSegment for NonlinearRod {
 
     fn contradiction(&self, shape: &BranchShape<'_>) -> Option<(Derivatives, Contradiction)> {
         let (segments, couplings) = (self.ask_segments(shape, NOTHING), self.ask_couplings(shape, NOTHING));
-        self.given.contradiction([segments.strains(), couplings.strains()])
+        self.given.contradiction([segments.strains(), couplings.strains()], past(shape))
     }
 
     fn memory(&self) -> Vec<f64> {
-        let width = self.couplings.as_ref().map_or(0, CouplingLaw::width);
-        vec![0.0; self.mesh().coupling_lengths.len() * width]
+        vec![0.0; self.mesh().coupling_lengths.len() * self.width()]
     }
 
     fn commit(&self, shape: &BranchShape<'_>, memory: &mut [f64]) -> f64 {
+        if let Some(law) = &self.given.bend {
+            let couplings = self.ask_couplings(shape, NOTHING);
+            let mut dissipated = vec![0.0; couplings.strains().len()];
+            law.commit(couplings.strains(), shape.duration, memory, &mut dissipated);
+            return shape.coupling_lengths.iter().zip(dissipated).map(|(lambda, lost)| lambda * lost).sum();
+        }
         let Some(law) = self.couplings.as_ref().filter(|law| law.width() > 0) else { return 0.0 };
         let rooms = memory.chunks_exact_mut(law.width());
         let dissipated =
@@ -442,7 +460,7 @@ impl RodSegment for NonlinearRod {
     fn curvature_under(&self, moment: &Vector, memory: &[f64], duration: f64) -> Option<Vector> {
         let [rest, stiffness] = self.linear.bending_law();
         if let Some(law) = &self.given.bend {
-            return Some(rest + law.strain_under(moment));
+            return Some(rest + law.strain_under(moment, Past { memory, duration }));
         }
         self.couplings.as_ref().map(|law| rest + law.strain_under(&stiffness, moment, memory, duration))
     }

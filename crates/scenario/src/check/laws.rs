@@ -3,7 +3,7 @@
 use crate::fault::Fault;
 use crate::scenario::{Arm, Scenario};
 use wireloom_core::law::RodLaw;
-use wireloom_core::network::Place;
+use wireloom_core::network::{Branch, Place};
 use wireloom_core::section::SectionLaws;
 use wireloom_core::{Mounting, Network, Section};
 
@@ -13,7 +13,11 @@ use wireloom_core::{Mounting, Network, Section};
 /// that it has it; and times of steps where nothing creeps.
 pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let creeps = network.branches.iter().any(|branch| !branch.section.laws.creep.is_empty());
+    // A law of bending that a rod has of its own may relax with time.
+    let creeps = network.branches.iter().any(|branch| {
+        let own = branch.rod.constitutive().is_some_and(|laws| laws.memory() > 0);
+        own || !branch.section.laws.creep.is_empty()
+    });
     for (step, span) in
         scenario.steps.iter().zip(&scenario.step_spans).filter(|(step, _)| step.duration > 0.0 && !creeps)
     {
@@ -71,15 +75,14 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
     for (own, constraint) in scenario.constraints.iter().zip(&network.constraints) {
         let moves = if constraint.slide.is_some() { "slide" } else { "at" };
         let Place::Node { branch, .. } = constraint.place else { continue };
-        if (constraint.slide.is_some() || constraint.nearest) && of(branch).remembers() {
-            let message = format!(
-                "constraint \"{}\" moves the mesh along branch \"{}\", whose section \"{}\" remembers: it has {}",
-                own.name,
-                network.branches[branch].name,
-                section(branch),
-                has(branch)
-            );
-            let help = "let it hold a fixed place of the cable, or give that branch a section without them";
+        if (constraint.slide.is_some() || constraint.nearest) && network.branches[branch].remembers() {
+            let Branch { name, kind, .. } = &network.branches[branch];
+            let what = match of(branch).remembers() {
+                true => format!("section \"{}\" remembers: it has {}", section(branch), has(branch)),
+                false => format!("rod \"{kind}\" remembers"),
+            };
+            let message = format!("constraint \"{}\" moves the mesh along branch \"{name}\", whose {what}", own.name);
+            let help = "let it hold a fixed place of the cable, or give that branch a section and a rod that do not";
             faults.push(Fault { span: own.spans.of(Some(moves)), message, help: help.to_owned() });
         }
     }

@@ -95,10 +95,12 @@ pub(crate) fn words(quantity: Quantity) -> Words {
         },
         Quantity::AngularSpeed => of("an angular speed", "rad/s", "\"3000 rpm\"", [1e-9, 1e6], dimension(0, 0, -1, 1)),
         Quantity::Time => of("a time", "s", "\"2 h\"", [1e-9, 1e12], dimension(0, 0, 1, 0)),
+        Quantity::Energy => of("an energy", "J", "\"20 mJ\"", [1e-30, 1e18], dimension(2, 1, -2, 0)),
+        Quantity::Area => of("an area", "m²", "\"40 mm^2\"", [1e-20, 1e15], dimension(2, 0, 0, 0)),
     }
 }
 
-const QUANTITIES: [Quantity; 20] = [
+const QUANTITIES: [Quantity; 22] = [
     Quantity::Dimensionless,
     Quantity::Length,
     Quantity::Mass,
@@ -119,6 +121,8 @@ const QUANTITIES: [Quantity; 20] = [
     Quantity::ThermalCurvature,
     Quantity::AngularSpeed,
     Quantity::Time,
+    Quantity::Energy,
+    Quantity::Area,
 ];
 
 /// Name of a dimension, for messages.

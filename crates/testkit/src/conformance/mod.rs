@@ -105,6 +105,7 @@ macro_rules! constitutive_checks {
             the_sign_of_the_first_component_changes_nothing
             stretch_is_convex
             a_block_is_answered_as_each_of_its_strains
+            an_increment_is_remembered_once
             rigid_motion_changes_nothing
             the_sign_of_a_quaternion_does_not_matter
             inner_forces_and_moments_sum_to_zero

@@ -3,7 +3,7 @@
 use super::trial::{CYCLES, Trial, Verdict, conformance, floating_point, leaks, parameters, threads, time};
 use wireloom::geometry::{Matrix, Vector};
 use wireloom::harness::Mesh;
-use wireloom::parts::{ConstitutiveLaw, ConstitutiveLaws, Response, RodKind, RodSegment, RodSpec};
+use wireloom::parts::{ConstitutiveLaw, ConstitutiveLaws, Past, Response, RodKind, RodSegment, RodSpec};
 use wireloom::testing::conformance::constitutive::CHECKS;
 use wireloom::testing::conformance::rod::section;
 
@@ -17,7 +17,7 @@ pub fn trials(kind: &RodKind) -> Vec<Trial<'_>> {
     let what = "creation with typical values".to_owned();
     let mut all: Vec<Trial<'_>> = vec![];
     match make(branch()) {
-        Ok(first) => all.push((what, Box::new(move || Ok(has(first.as_ref()).into())))),
+        Ok(first) => all.push((what, Box::new(move || Ok(has(first.as_ref()))))),
         Err(why) => {
             all.push((what, Box::new(move || Err(why))));
             return all;
@@ -55,24 +55,36 @@ fn laws(rod: &dyn RodSegment) -> &ConstitutiveLaws {
     rod.constitutive().expect("a rod of a plugin has laws of its own")
 }
 
-fn has(rod: &dyn RodSegment) -> &'static str {
-    match (laws(rod).stretch.is_some(), laws(rod).bend.is_some()) {
+fn has(rod: &dyn RodSegment) -> String {
+    let has = match (laws(rod).stretch.is_some(), laws(rod).bend.is_some()) {
         (true, true) => "ok: laws of stretch and of bending",
         (true, false) => "ok: a law of stretch; it bends as its section",
         (false, _) => "ok: a law of bending; it stretches as its section",
+    };
+    match laws(rod).memory() {
+        0 => has.into(),
+        numbers => format!("{has}; a coupling remembers {numbers} numbers"),
     }
 }
 
-/// All answers of a law for strains of about this size.
+/// All answers of a law for strains of about this size, with the memory at first and that after these strains.
 fn answer(law: &dyn ConstitutiveLaw, size: f64) -> Vec<u64> {
     let strain = |k: usize| Vector::new(1.0, -0.3 * k as f64, 0.7) * (size / (1.0 + k as f64));
     let strains: Vec<Vector> = (0..SEGMENTS).map(strain).collect();
     let (mut energy, mut gradient) = (vec![0.0; SEGMENTS], vec![Vector::zeros(); SEGMENTS]);
-    let mut hessian = vec![Matrix::zeros(); SEGMENTS];
-    let (of_energy, of_gradient, of_hessian) = (Some(&mut energy[..]), Some(&mut gradient[..]), &mut hessian[..]);
-    law.respond(&strains, &mut Response { energy: of_energy, gradient: of_gradient, hessian: Some(of_hessian) });
-    let numbers = energy.iter().chain(gradient.iter().flatten()).chain(hessian.iter().flatten());
-    numbers.map(|x| x.to_bits()).collect()
+    let (mut hessian, mut dissipated) = (vec![Matrix::zeros(); SEGMENTS], vec![0.0; SEGMENTS]);
+    let mut memory = vec![0.0; SEGMENTS * law.memory()];
+    let mut all = vec![];
+    for _ in 0..1 + usize::from(!memory.is_empty()) {
+        let (of_energy, of_gradient, of_hessian) = (Some(&mut energy[..]), Some(&mut gradient[..]), &mut hessian[..]);
+        let mut response = Response { energy: of_energy, gradient: of_gradient, hessian: Some(of_hessian) };
+        law.respond(&strains, Past { memory: &memory, duration: 1.0 }, &mut response);
+        dissipated.fill(0.0);
+        law.commit(&strains, 1.0, &mut memory, &mut dissipated);
+        let numbers = energy.iter().chain(gradient.iter().flatten()).chain(hessian.iter().flatten());
+        all.extend(numbers.chain(&memory).chain(&dissipated).map(|x| x.to_bits()));
+    }
+    all
 }
 
 /// All answers of all laws, for strains of about `x` and curvatures of about 100 `x` (1/m).
