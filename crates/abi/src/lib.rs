@@ -761,9 +761,9 @@ pub struct JointEvaluation {
 /// Their second derivatives at 0 should be near the stiffnesses that the section states. Threads: as for
 /// [`ConstraintKind`]. Since ABI 1.7.
 ///
-/// The law of bending and twist may remember: each coupling has the same number of state variables, all 0 at first. V is
-/// then the energy of an increment, for the memory at its start: what is stored beyond that of a memory of 0, and what
-/// is dissipated on the way. `bend` changes no memory; `commit` does, once an increment has converged. Since ABI 1.8.
+/// The law of bending and twist may remember: each coupling has the same number of state variables, all 0 at first. V
+/// is then the energy of an increment, for the memory at its start: what is stored at its end, and what is dissipated on
+/// the way. `bend` changes no memory; `commit` does, once an increment has converged. Since ABI 1.8.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct RodKind {
@@ -804,8 +804,8 @@ pub struct RodKind {
         ) -> i32,
     >,
     /// Updates the memory to the curvatures that end an increment, 1/m, as `bend` gets them. With the new memory and no
-    /// duration `bend` gives the same moments; a second call changes nothing and dissipates nothing. May be null only if
-    /// no instance has `memory_count`. Since ABI 1.8.
+    /// duration `bend` gives the same moments; a second call changes nothing and dissipates nothing. May be null only
+    /// if no instance has `memory_count`. Since ABI 1.8.
     pub commit: Option<
         unsafe extern "C" fn(
             instance: *const c_void,

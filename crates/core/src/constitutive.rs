@@ -12,7 +12,7 @@
 //! A law of bending and twist may remember: V is then the incremental potential for the memory z at the start of an
 //! increment (see [`crate::RodSegment`]).
 
-use crate::terms::slope::{Contradiction, Slope, along};
+use crate::terms::slope::{Contradiction, Line, Slope};
 use crate::{Matrix, Section, Vector};
 
 /// Energy per length at a strain, and its derivatives.
@@ -127,7 +127,8 @@ impl dyn ConstitutiveLaw + '_ {
         if size.is_nan() || size < least {
             return None;
         }
-        let line = |k: usize| along(k) * (REACH * size);
+        let own = Line::at(strains.iter().flatten());
+        let line = |k: usize| own.along(k) * (REACH * size);
         let moved = |t: f64| -> Vec<Vector> { strains.iter().enumerate().map(|(k, e)| e + line(k) * t).collect() };
         let (mut gradient, mut hessian) = (vec![Vector::zeros(); n], vec![Matrix::zeros(); n]);
         let mut response = Response { energy: None, gradient: Some(&mut gradient), hessian: Some(&mut hessian) };
@@ -267,7 +268,7 @@ mod tests {
     }
 
     fn found(factors: [f64; 2], size: f64) -> Option<Derivatives> {
-        let strains: Vec<Vector> = (0..40).map(|k| along(k + 7) * size).collect();
+        let strains: Vec<Vector> = (0..40).map(|k| Line::at(&[]).along(k) * size).collect();
         let laws = ConstitutiveLaws { stretch: None, bend: Some(Box::new(Spring(factors))) };
         laws.contradiction([&[], &strains], Past::default()).map(|(which, _)| which)
     }

@@ -520,18 +520,18 @@ impl Problem<'_> {
         Some((PartFamily::Constraint, c, "it gave a number that is not finite for a harness that is".to_owned()))
     }
 
-    /// First part (family, index) whose first derivatives at `state` contradict its values, or of a rod second ones its
-    /// first, and the message.
+    /// First part (family, index) whose first derivatives at `state` contradict its values, or second ones its first,
+    /// and the message.
     pub fn contradiction(&mut self, state: &State) -> Option<(PartFamily, usize, String)> {
         let system = System { network: self.network, conditions: &self.conditions };
         let rod = self.rods.contradiction(system, state).map(|(b, which, found)| (PartFamily::Rod, b, which, found));
         let rod_or_joint = rod.or_else(|| {
-            let (j, found) = self.joints.contradiction(system, state)?;
-            Some((PartFamily::Joint, j, Derivatives::First, found))
+            let (j, which, found) = self.joints.contradiction(system, state)?;
+            Some((PartFamily::Joint, j, which, found))
         });
         let found = rod_or_joint.or_else(|| {
-            let (c, found) = self.constraints.contradiction(system, state)?;
-            Some((PartFamily::Constraint, c, Derivatives::First, found))
+            let (c, which, found) = self.constraints.contradiction(system, state)?;
+            Some((PartFamily::Constraint, c, which, found))
         });
         found.map(|(family, index, which, Contradiction { claimed, found })| {
             let (derivatives, values) = match which {

@@ -11,25 +11,25 @@ use wireloom::{Registry, Run, Status};
 use wireloom_testkit::constraints::{Link, Parts, Plunger};
 use wireloom_tests::cables::{branch, connector, connector_along, section};
 
-/// A spring whose first and second derivatives are twice those of its energy.
-struct DoubledSpring;
+/// A spring whose first and second derivatives are those of its energy, times these factors.
+struct LyingSpring([f64; 2]);
 
-impl Constraint for DoubledSpring {
+impl Constraint for LyingSpring {
     fn action(&self) -> Action<'_> {
         Action::Potential(self)
     }
 }
 
-impl Potential for DoubledSpring {
+impl Potential for LyingSpring {
     fn energy(&self, at: &ConstraintView<'_>) -> f64 {
         5.0 * (at.stations[0].position - at.targets[0].position).norm_squared()
     }
     fn gradient(&self, at: &ConstraintView<'_>, stations: &mut [Vector], _: &mut [Vector]) -> f64 {
-        stations[0] = (at.stations[0].position - at.targets[0].position) * 20.0;
+        stations[0] = (at.stations[0].position - at.targets[0].position) * (10.0 * self.0[0]);
         self.energy(at)
     }
     fn hessian(&self, _: &ConstraintView<'_>, stations: &mut [Matrix], _: &mut [Matrix]) {
-        stations[0] = Matrix::identity() * 20.0;
+        stations[0] = Matrix::identity() * (10.0 * self.0[1]);
     }
 }
 
@@ -58,17 +58,21 @@ impl Equations for DoubledLink {
     }
 }
 
-/// A joint whose derivatives are zero, unlike its energy: it exerts nothing.
-struct EnergyAlone;
+/// A joint whose first derivatives are those of its energy times this factor, and whose second ones are zero.
+struct LyingJoint(f64);
 
-impl JointModel for EnergyAlone {
+impl JointModel for LyingJoint {
     fn mounting(&self) -> Mounting {
         Mounting::Point
     }
     fn energy(&self, JointShape { frames, .. }: &JointShape<'_>) -> f64 {
         1.0 - (frames[0] * Vector::z()).dot(&(frames[1] * Vector::z()))
     }
-    fn add_gradient(&self, shape: &JointShape<'_>, _: &mut [Vector]) -> f64 {
+    fn add_gradient(&self, shape: &JointShape<'_>, gradient: &mut [Vector]) -> f64 {
+        for (a, b) in [(0, 1), (1, 0)] {
+            let other = shape.frames[a].inverse() * (shape.frames[b] * Vector::z());
+            gradient[a] -= Vector::z().cross(&other) * self.0;
+        }
         self.energy(shape)
     }
     fn add_hessian(&self, _: &JointShape<'_>, _: &mut [Matrix]) {}
@@ -104,7 +108,7 @@ struct DoubledHeight;
 impl Constraint for HalfWrong {
     fn action(&self) -> Action<'_> {
         match self.spring {
-            true => Action::PotentialAndEquations(&DoubledSpring, &RIGHT[0]),
+            true => Action::PotentialAndEquations(&LyingSpring([2.0, 2.0]), &RIGHT[0]),
             false => Action::PotentialAndEquations(&RIGHT[1], &DoubledHeight),
         }
     }
@@ -136,17 +140,20 @@ fn registry() -> Registry {
         };
         assert!(registry.add_constraint(kind).is_ok());
     };
-    constraint("doubled-spring", 1, || Box::new(DoubledSpring));
+    constraint("doubled-spring", 1, || Box::new(LyingSpring([2.0, 2.0])));
+    constraint("wrong-slopes", 1, || Box::new(LyingSpring([1.0, 2.0])));
     constraint("half-wrong-spring", 1, || Box::new(HalfWrong { spring: true }));
     constraint("half-wrong-link", 1, || Box::new(HalfWrong { spring: false }));
     constraint("doubled-link", 2, || Box::new(DoubledLink(Link(0.3))));
-    let joint = JointKind {
-        name: "energy-alone".into(),
-        doc: "a joint".into(),
-        parameters: vec![],
-        build: Box::new(|_, _| Ok(Box::new(EnergyAlone))),
-    };
-    assert!(registry.add_joint(joint).is_ok());
+    for (name, factor) in [("energy-alone", 0.0), ("no-slopes", 1.0)] {
+        let joint = JointKind {
+            name: name.into(),
+            doc: "a joint".into(),
+            parameters: vec![],
+            build: Box::new(move |_, _| Ok(Box::new(LyingJoint(factor)))),
+        };
+        assert!(registry.add_joint(joint).is_ok());
+    }
     for (name, factors) in [("honest", [1.0, 1.0]), ("doubled", [2.0, 2.0]), ("wrong-slopes", [1.0, 2.0])] {
         let laws = ConstitutiveKind {
             name: name.into(),
@@ -169,11 +176,31 @@ fn at_fault(run: &Run, part: &str) {
     assert!(run.steps.is_empty(), "no increment ended");
 }
 
+/// As [`at_fault`], for second derivatives.
+#[track_caller]
+fn has_wrong_slopes(run: &Run, part: &str) {
+    let fault = run.fault().expect("a fault").to_string();
+    let what = "its second derivatives are not those of its first derivatives";
+    assert!(fault.starts_with(part) && fault.contains(what), "{fault}");
+}
+
+/// A beam that hangs from such a spring at its end.
+fn hanging_from(kind: &str) -> Run {
+    let hand = format!(
+        "[[constraints]]\nname = \"hand\"\nkind = \"{kind}\"\nat = {{ end = \"B\" }}\nposition = [1, 0, 0.01]\n"
+    );
+    run_with(&beam(&hand, -9.81), &registry())
+}
+
 #[test]
 fn a_spring_that_pulls_twice_as_hard_as_its_energy_says_is_at_fault() {
-    let hand = "[[constraints]]\nname = \"hand\"\nkind = \"doubled-spring\"\nat = { end = \"B\" }\n\
-                position = [1, 0, 0.01]\n";
-    at_fault(&run_with(&beam(hand, -9.81), &registry()), "constraint `hand` (doubled-spring)");
+    at_fault(&hanging_from("doubled-spring"), "constraint `hand` (doubled-spring)");
+}
+
+/// With a stiffness that it does not have, an equilibrium may be called stable that is not.
+#[test]
+fn a_spring_of_another_stiffness_than_its_force_has_is_at_fault() {
+    has_wrong_slopes(&hanging_from("wrong-slopes"), "constraint `hand` (wrong-slopes)");
 }
 
 #[test]
@@ -194,21 +221,34 @@ fn a_constraint_of_which_one_half_lies_is_at_fault() {
     }
 }
 
-#[test]
-fn a_joint_with_an_energy_that_exerts_nothing_is_at_fault() {
+/// Two cables that meet at an angle in such a joint.
+fn joined_by(model: &str) -> Run {
+    let joint = format!(
+        "[[joints]]\nname = \"J\"\nmodel = \"{model}\"\narms = [\n\
+         {{ branch = \"left\", direction = [-1, 0, 0], up = [0, 0, 1] }},\n\
+         {{ branch = \"right\", direction = [1, 0, 0], up = [0, 0, 1] }},\n]\n"
+    );
     let text = [
         "schema = 1\nname = \"bend\"\ngravity = [0, 0, 0]\n",
         &section("cable"),
         &branch("left", ["A", "J"], "cable", 0.5, 10),
         &branch("right", ["J", "B"], "cable", 0.5, 10),
-        "[[joints]]\nname = \"J\"\nmodel = \"energy-alone\"\narms = [\n\
-         { branch = \"left\", direction = [-1, 0, 0], up = [0, 0, 1] },\n\
-         { branch = \"right\", direction = [1, 0, 0], up = [0, 0, 1] },\n]\n",
+        &joint,
         &connector("A", "A", [0.0, 0.0, 0.0]),
         &connector_along("B", "B", [0.7, 0.4, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
     ]
     .concat();
-    at_fault(&run_with(&text, &registry()), "joint `J` (energy-alone)");
+    run_with(&text, &registry())
+}
+
+#[test]
+fn a_joint_with_an_energy_that_exerts_nothing_is_at_fault() {
+    at_fault(&joined_by("energy-alone"), "joint `J` (energy-alone)");
+}
+
+#[test]
+fn a_joint_without_the_stiffness_that_its_moment_has_is_at_fault() {
+    has_wrong_slopes(&joined_by("no-slopes"), "joint `J` (no-slopes)");
 }
 
 /// A cable that hangs down from a clamp, of this rod.
@@ -232,6 +272,5 @@ fn a_rod_with_twice_the_moment_that_its_energy_has_is_at_fault() {
 
 #[test]
 fn a_rod_with_second_derivatives_that_are_not_those_of_its_moment_is_at_fault() {
-    let fault = hanging("wrong-slopes").fault().expect("a fault").to_string();
-    assert!(fault.contains("its second derivatives are not those of its first derivatives"), "{fault}");
+    has_wrong_slopes(&hanging("wrong-slopes"), "rod `cable` (wrong-slopes)");
 }

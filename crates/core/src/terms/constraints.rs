@@ -8,10 +8,11 @@
 //! Lagrangian: Bertsekas 1982).
 
 use crate::conditions::{ConstraintState, System};
+use crate::constitutive::Derivatives;
 use crate::constraint::{Action, ConstraintView, Equations, Potential, Relation, Residual};
 use crate::network::{AttachedConstraint, Site};
 use crate::rotation::{lever_hessian, skew, turned};
-use crate::terms::slope::{Contradiction, Slope, along};
+use crate::terms::slope::{Contradiction, Line, Slope};
 use crate::variable::{Block, Variable};
 use crate::{Matrix, Pose, State, Tangent, Vector};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -83,15 +84,21 @@ impl Surroundings {
     }
 
     /// Moves the stations and the span from `origin` by t along a line: vectors 2 a and 2 a + 1 are those of station a.
-    fn move_along(&mut self, origin: &Self, t: f64) {
+    fn move_along(&mut self, line: Line, origin: &Self, t: f64) {
         for (a, (pose, from)) in self.stations.iter_mut().zip(&origin.stations).enumerate() {
-            pose.position = from.position + along(2 * a) * t;
-            pose.orientation = turned(&from.orientation, &(along(2 * a + 1) * t));
+            pose.position = from.position + line.along(2 * a) * t;
+            pose.orientation = turned(&from.orientation, &(line.along(2 * a + 1) * t));
         }
         let first = 2 * self.stations.len();
         for (k, (x, from)) in self.span.iter_mut().zip(&origin.span).enumerate() {
-            *x = from + along(first + k) * t;
+            *x = from + line.along(first + k) * t;
         }
+    }
+
+    /// Line along which slopes are compared here.
+    fn line(&self) -> Line {
+        let poses = self.stations.iter().flat_map(|pose| pose.position.iter().chain(pose.orientation.coords.iter()));
+        Line::at(poses.chain(self.span.iter().flatten()))
     }
 
     /// Whether all its numbers are finite.
@@ -330,17 +337,18 @@ impl ConstraintTerm {
     }
 
     /// First constraint (by index) whose first derivatives at `state` are not those of its energy, or of a residual
-    /// that exerts a force.
-    pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Contradiction)> {
+    /// that exerts a force, or whose potential has second derivatives that are not those of its forces.
+    pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Derivatives, Contradiction)> {
         let Self { scratch: Scratch { surroundings, slopes, .. }, penalty_unit, .. } = self;
         contributing(system).find_map(|(c, constraint)| {
             let own = &system.conditions.constraints[c];
             surroundings.fill(constraint, own, &system.conditions.targets[c], state);
             slopes.fill(constraint, own, surroundings, *penalty_unit);
             let m = surroundings.stations.len();
+            let line = surroundings.line();
             let mut moved = surroundings.clone();
             let mut at = |t: f64, value: &mut dyn FnMut(&ConstraintView<'_>) -> f64| {
-                moved.move_along(surroundings, t);
+                moved.move_along(line, surroundings, t);
                 value(&moved.view(own))
             };
             let action = constraint.model.action();
@@ -350,8 +358,30 @@ impl ConstraintTerm {
                 let mut span = vec![Vector::zeros(); surroundings.span.len()];
                 potential.gradient(&surroundings.view(own), &mut stations, &mut span);
                 let mut slope = Slope::default();
-                stations.iter().chain(&span).enumerate().for_each(|(k, g)| slope.add(g, &along(k)));
-                slope.contradiction(|t| at(t, &mut |view| potential.energy(view)))
+                stations.iter().chain(&span).enumerate().for_each(|(k, g)| slope.add(g, &line.along(k)));
+                let first = slope.contradiction(|t| at(t, &mut |view| potential.energy(view)));
+                if let Some(found) = first {
+                    return Some((Derivatives::First, found));
+                }
+                let mut table = vec![Matrix::zeros(); 4 * m * m];
+                let mut span_table = vec![Matrix::zeros(); span.len()];
+                potential.hessian(&surroundings.view(own), &mut table, &mut span_table);
+                let mut slope = Slope::default();
+                for (a, row) in table.chunks_exact((2 * m).max(1)).enumerate() {
+                    row.iter().enumerate().for_each(|(b, block)| slope.add(&(block * line.along(b)), &line.along(a)));
+                }
+                for (k, block) in (2 * m..).zip(&span_table) {
+                    slope.add(&(block * line.along(k)), &line.along(k));
+                }
+                let second = slope.contradiction(|t| {
+                    at(t, &mut |view| {
+                        stations.fill(Vector::zeros());
+                        span.fill(Vector::zeros());
+                        potential.gradient(view, &mut stations, &mut span);
+                        stations.iter().chain(&span).enumerate().map(|(k, g)| g.dot(&line.along(k))).sum()
+                    })
+                });
+                second.map(|found| (Derivatives::Second, found))
             });
             let mut of_equations = |equations: &dyn Equations| {
                 let mut values = vec![0.0; slopes.mu.len()];
@@ -359,10 +389,10 @@ impl ConstraintTerm {
                     let mut slope = Slope::default();
                     if r < constraint.of_stations {
                         let row = &slopes.rows[2 * m * r..2 * m * (r + 1)];
-                        row.iter().enumerate().for_each(|(k, j)| slope.add(j, &along(k)));
+                        row.iter().enumerate().for_each(|(k, j)| slope.add(j, &line.along(k)));
                     } else {
                         let node = 2 * m + constraint.node_of(r);
-                        slope.add(&slopes.span_rows[r - constraint.of_stations], &along(node));
+                        slope.add(&slopes.span_rows[r - constraint.of_stations], &line.along(node));
                     }
                     slope.contradiction(|t| {
                         at(t, &mut |view| {
@@ -372,8 +402,9 @@ impl ConstraintTerm {
                     })
                 })
             };
-            let found = of_potential.or_else(|| action.equations().and_then(&mut of_equations));
-            found.map(|found| (c, found))
+            let of_equations = |equations| of_equations(equations).map(|found| (Derivatives::First, found));
+            let found = of_potential.or_else(|| action.equations().and_then(of_equations));
+            found.map(|(which, found)| (c, which, found))
         })
     }
 

@@ -1,10 +1,11 @@
 //! Energy of the joints: `E = Σ E_j(q_1, …, q_k)` in the frames that it couples; see [`crate::JointModel`].
 
 use crate::conditions::{JointState, System};
+use crate::constitutive::Derivatives;
 use crate::joint::JointShape;
 use crate::network::Joint;
 use crate::rotation::turned;
-use crate::terms::slope::{Contradiction, Slope, along};
+use crate::terms::slope::{Contradiction, Line, Slope};
 use crate::{Matrix, Network, Rotation, State, Tangent, Vector};
 
 /// Term of the joints; keeps its workspace.
@@ -77,21 +78,47 @@ impl JointTerm {
         memories
     }
 
-    /// First joint (by index) whose first derivatives at `state` are not those of its energy.
-    pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Contradiction)> {
+    /// First joint (by index) whose first derivatives at `state` are not those of its energy, or second ones those of
+    /// its moments.
+    pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Derivatives, Contradiction)> {
         system.joints().enumerate().find_map(|(j, (joint, own))| {
+            if joint.coupled_frames.is_empty() {
+                return None;
+            }
             let (shape, arms) = self.at(joint, own, state);
             joint.model.add_gradient(&shape, arms);
+            let line = Line::at(shape.frames.iter().flat_map(|q| q.coords.iter()));
             let mut slope = Slope::default();
-            arms.iter().enumerate().for_each(|(a, g)| slope.add(g, &along(a)));
+            arms.iter().enumerate().for_each(|(a, g)| slope.add(g, &line.along(a)));
             let mut moved = shape.frames.to_vec();
-            let found = slope.contradiction(|t| {
+            let mut at = |t: f64, value: &mut dyn FnMut(&JointShape<'_>) -> f64| {
                 for (a, (q, from)) in moved.iter_mut().zip(shape.frames).enumerate() {
-                    *q = turned(from, &(along(a) * t));
+                    *q = turned(from, &(line.along(a) * t));
                 }
-                joint.model.energy(&JointShape { frames: &moved, ..shape })
+                value(&JointShape { frames: &moved, ..shape })
+            };
+            let first = slope.contradiction(|t| at(t, &mut |shape| joint.model.energy(shape)));
+            if let Some(found) = first {
+                return Some((j, Derivatives::First, found));
+            }
+            let k = arms.len();
+            let mut table = vec![Matrix::zeros(); k * k];
+            joint.model.add_hessian(&shape, &mut table);
+            let mut slope = Slope::default();
+            for a in 0..k {
+                for b in 0..=a {
+                    let twice = if a == b { 1.0 } else { 2.0 };
+                    slope.add(&(table[a * k + b] * line.along(b) * twice), &line.along(a));
+                }
+            }
+            let second = slope.contradiction(|t| {
+                at(t, &mut |shape| {
+                    arms.fill(Vector::zeros());
+                    joint.model.add_gradient(shape, arms);
+                    arms.iter().enumerate().map(|(a, g)| g.dot(&line.along(a))).sum()
+                })
             });
-            found.map(|found| (j, found))
+            second.map(|found| (j, Derivatives::Second, found))
         })
     }
 }

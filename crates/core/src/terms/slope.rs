@@ -1,9 +1,15 @@
-//! Whether the first derivatives of a part agree with its values: one slope along one line, against differences.
+//! Whether the derivatives of a part agree with what they are derived from: one slope along one line, against
+//! differences.
 //!
 //! Plugins are other people's code. A gradient that is not that of the energy leads to a state that looks balanced and
-//! is not, so one slope of every part is compared at each equilibrium. It is enough that the differences of one step
+//! is not, second derivatives that are not those of the forces to one that looks stable and is not. So one slope of both
+//! is compared for every part at each equilibrium, along another line at each. It is enough that the differences of one step
 //! agree: long steps meet curvature, short ones rounding. A slope that is small beside its own change over a step is
 //! not judged by that step: a spring at rest has none. At a kink, any slope between those of both sides is one.
+
+use crate::Vector;
+use rustc_hash::FxHasher;
+use std::hash::Hasher;
 
 /// Steps of the differences, in m, rad, or both.
 const STEPS: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
@@ -33,7 +39,7 @@ pub(crate) struct Slope {
 
 impl Slope {
     /// Adds ∂/∂x along d.
-    pub fn add(&mut self, derivative: &crate::Vector, d: &crate::Vector) {
+    pub fn add(&mut self, derivative: &Vector, d: &Vector) {
         let parts = derivative.component_mul(d);
         self.claimed += parts.sum();
         self.size += parts.abs().sum();
@@ -44,7 +50,8 @@ impl Slope {
         let Self { claimed, size } = self;
         let middle = value(0.0);
         let (mut found, mut sides) = (f64::NAN, [f64::NAN; 2]);
-        for h in STEPS {
+        let mut deviations = [f64::NAN; STEPS.len()];
+        for (deviation, h) in deviations.iter_mut().zip(STEPS) {
             let (ahead, behind) = (value(h), value(-h));
             let slope = (ahead - behind) / (2.0 * h);
             let rounding = ROUND_OFF * middle.abs().max(ahead.abs()).max(behind.abs()) / h;
@@ -56,7 +63,14 @@ impl Slope {
             if (slope - claimed).abs() <= TOLERANCE * (size + change) + rounding {
                 return None;
             }
+            *deviation = (slope - claimed).abs();
             (found, sides) = (slope, [(ahead - middle) / h, (middle - behind) / h]);
+        }
+        // Where a slope is next to nothing, as the stiffness of a spring with a force of x³ at rest, differences tend
+        // to it with the square of the step.
+        let [_, _, before, _, last] = deviations;
+        if last <= TOLERANCE * before {
+            return None;
         }
         let [low, high] = [sides[0].min(sides[1]), sides[0].max(sides[1])];
         let slack = TOLERANCE * size;
@@ -65,15 +79,26 @@ impl Slope {
     }
 }
 
-/// Component of the line: between -1 and 1, different ones for all k, without any order.
-pub(super) fn component(k: usize) -> f64 {
-    // The fractional parts of multiples of the golden ratio are evenly spread.
-    2.0 * (0.4 + k as f64 * 0.618_033_988_749_894_9).fract() - 1.0
+/// A line along which slopes are compared: the same for a part in the same state, another one in any other state. Along
+/// one and the same line a wrong derivative that is normal to it would never be found.
+#[derive(Clone, Copy)]
+pub(crate) struct Line {
+    seed: u64,
 }
 
-/// Vector `k` of the line.
-pub(crate) fn along(k: usize) -> crate::Vector {
-    crate::Vector::new(component(3 * k), component(3 * k + 1), component(3 * k + 2))
+impl Line {
+    /// The line of a part in the state of these numbers.
+    pub fn at<'x>(state: impl IntoIterator<Item = &'x f64>) -> Self {
+        let mut hasher = FxHasher::default();
+        state.into_iter().for_each(|x| hasher.write_u64(x.to_bits()));
+        Self { seed: hasher.finish() }
+    }
+
+    /// Vector k of it, with components between -1 and 1.
+    pub fn along(self, k: usize) -> Vector {
+        let mut random = fastrand::Rng::with_seed(self.seed.wrapping_add(k as u64));
+        Vector::from_fn(|_, _| 2.0 * random.f64() - 1.0)
+    }
 }
 
 #[cfg(test)]
@@ -121,6 +146,29 @@ mod tests {
             let found = Slope { claimed: lie * 0.8, size: 0.8 }.contradiction(energy).expect("a lie");
             assert!((found.found - 0.8).abs() < 1e-6, "{found:?}");
         }
+    }
+
+    #[test]
+    fn a_force_that_begins_with_the_third_power_has_no_stiffness_at_rest() {
+        assert_eq!(check(0.0, |t| 4e3 * t.powi(3)), None);
+        assert!(check(0.04, |t| 4e3 * t.powi(3)).is_some());
+        assert!(check(0.0, |t| 4e3 * t.powi(3) + 4e-3 * t).is_some());
+    }
+
+    #[test]
+    fn a_lie_that_one_line_does_not_see_is_seen_along_another() {
+        // The energy is |x|², its gradient is wrong across the line of the first state.
+        let from = Line::at(&[0.0]).along(0);
+        let across = from.cross(&Vector::x()).normalize();
+        let seen = |state: f64| {
+            let (at, d) = (Vector::new(0.3, -0.2, 0.5), Line::at(&[state]).along(0));
+            let mut slope = Slope::default();
+            slope.add(&(at * 2.0 + across), &d);
+            slope.contradiction(|t| (at + d * t).norm_squared()).is_some()
+        };
+        assert!(!seen(0.0));
+        let others = (1..=20).filter(|k| seen(0.01 * f64::from(*k))).count();
+        assert!(others >= 18, "a line that is nearly normal to it is rare: {others} of 20");
     }
 
     #[test]
