@@ -13,6 +13,8 @@ use wireloom_tests::{program, root};
 mod callable;
 #[path = "plugins/check.rs"]
 mod check;
+#[path = "plugins/earlier.rs"]
+mod earlier;
 #[path = "plugins/hostile.rs"]
 mod hostile;
 #[path = "plugins/joint.rs"]
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         trust::trials(),
         newcomer::trials(),
         check::trials(),
+        earlier::trials(),
         hostile::trials(),
         sweeps::trials(),
     ];
