@@ -7,7 +7,8 @@
 //! | 4·[`FLOATS`] per node | quantities of every node of all branches: f32 |
 //!
 //! Quantities of a node: position x, y, z (m, world); d1 x, y, z; arc length (m); curvature (1/m); tension (N); bending
-//! moment (N m); torque (N m); clearance (m; NaN if unknown).
+//! moment (N m); torque (N m); axial strain; bending strain at the surface; set, the curvature that would remain without
+//! a moment (1/m; 0 of what keeps none); clearance (m; NaN if unknown).
 
 use crate::protocol::{Place, Placed};
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ use wireloom::geometry::{Pose, Rotation, Vector, columns};
 use wireloom::result::{BranchResult, ConstraintResult, JointResult, ObstacleResult};
 
 /// Number of quantities per node.
-pub const FLOATS: usize = 14;
+pub const FLOATS: usize = 15;
 
 /// Data of an increment, except its nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -242,6 +243,7 @@ fn values(branch: &BranchResult, node: usize) -> [f64; FLOATS] {
         torque,
         branch.strain_at(node),
         0.5 * branch.diameter / branch.bend_radius[node],
+        branch.friction.as_ref().map_or(0.0, |friction| friction.set[node].xy().norm()),
         f64::NAN,
     ]
 }

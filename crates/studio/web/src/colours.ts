@@ -3,7 +3,7 @@ import { Column, type Frame } from "./frame";
 import { FLOATS, type Scene } from "./protocol";
 import { noise, quantity as inUnit } from "./units";
 
-export type QuantityName = "bend" | "tension" | "torque" | "moment" | "stretch" | "surface" | "clearance";
+export type QuantityName = "bend" | "tension" | "torque" | "moment" | "stretch" | "surface" | "set" | "clearance";
 
 export interface Quantity {
   name: QuantityName;
@@ -26,6 +26,7 @@ export const QUANTITIES: Quantity[] = [
   { name: "moment", label: "Bending moment", column: Column.moment, unit: "N m", signed: false, typed: { unit: "N mm", factor: 1000 } },
   { name: "stretch", label: "Stretch", column: Column.stretch, unit: "strain", signed: true, typed: { unit: "%", factor: 100 }, about: "Axial strain: positive where the cable is longer than unstressed." },
   { name: "surface", label: "Bending strain at the surface", column: Column.surface, unit: "strain", signed: false, typed: { unit: "%", factor: 100 }, about: "Half the diameter over the bend radius: strain of the sheath of a cable that is straight at rest. Wires that slip in it are strained less." },
+  { name: "set", label: "Set", column: Column.set, unit: "rad/m", signed: false, typed: { unit: "rad/m", factor: 1 }, about: "Bend that would remain without a moment: wires have slipped on each other, the cable has yielded, or it has crept." },
   { name: "clearance", label: "Clearance", column: Column.clearance, unit: "m", signed: false, typed: { unit: "mm", factor: 1000 } },
 ];
 

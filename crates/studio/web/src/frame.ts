@@ -2,7 +2,7 @@
 import { FLOATS, type Header, type Scene } from "./protocol";
 
 /** Where a quantity stands among the numbers of a node. */
-export const Column = { x: 0, d1: 3, s: 6, curvature: 7, tension: 8, moment: 9, torque: 10, stretch: 11, surface: 12, clearance: 13 } as const;
+export const Column = { x: 0, d1: 3, s: 6, curvature: 7, tension: 8, moment: 9, torque: 10, stretch: 11, surface: 12, set: 13, clearance: 14 } as const;
 
 export interface Frame {
   header: Header;

@@ -163,6 +163,21 @@ test("the range of the colours is typed, kept for its quantity, and found again"
   await page.close();
 });
 
+test("what stays bent is a colour, a number at a point and a plot; of an elastic cable it is 0", async () => {
+  const { page, found } = await opened();
+  await page.locator("#quantity").selectOption("set");
+  assert.match(await page.locator("#scale").innerText(), /Bend that would remain without a moment/);
+  const at = async (branch, s) => {
+    await choose(page, { is: "point", branch, s });
+    return page.locator("#panels dl.facts").evaluateAll((lists) => [...lists.flatMap((list) => [...list.querySelectorAll("dt")])].find((name) => name.textContent === "set").nextElementSibling.textContent);
+  };
+  assert.equal(await at("trunk", 0.3), "0 rad/m");
+  assert.equal(await at("right", 0.2), "0.750 rad/m");
+  assert.match(await page.locator("#panels svg.plot[aria-label^='Set, rad/m']").getAttribute("aria-label"), /along right/);
+  assert.deepEqual(found, []);
+  await page.close();
+});
+
 test("strains are colours with a legend in percent, and round-off is no strain", async () => {
   const { page, found } = await opened();
   await page.locator("#quantity").selectOption("stretch");

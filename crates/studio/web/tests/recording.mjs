@@ -124,7 +124,7 @@ export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", 
         const g = cross(d3, e);
         const d1 = e.map((x, k) => Math.cos(6 * u * t) * x + Math.sin(6 * u * t) * g[k]);
         const s = u * branch.length;
-        numbers.push(...p, ...d1, s, curvature, 2 + 3 * t * u, 0.01 * curvature, 0.02 * (u - 0.5), 2e-4 * (2 + 3 * t * u), 0.5 * branch.diameter * curvature, b === 0 ? 0.05 - 0.045 * Math.sin(Math.PI * u) : NaN);
+        numbers.push(...p, ...d1, s, curvature, 2 + 3 * t * u, 0.01 * curvature, 0.02 * (u - 0.5), 2e-4 * (2 + 3 * t * u), 0.5 * branch.diameter * curvature, b === 2 ? 1.5 * u : 0, b === 0 ? 0.05 - 0.045 * Math.sin(Math.PI * u) : NaN);
         const bend = { branch: branch.name, s, radius: 1 / curvature, limit: branch.bend_radius_limit };
         if (bend.limit && (!tightest || bend.limit / bend.radius > tightest.limit / tightest.radius)) tightest = bend;
       }
@@ -137,7 +137,7 @@ export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", 
     ];
     if (f > 0) constraints.push({ name: "hand", at: standing(curves(t)[1](0.95)), force: [0.3, 0.2, 1 + t], moment: [0, 0, 0], slid_to: null });
     if (noise !== null) {
-      for (let i = 0; i < numbers.length; i += 14) numbers.fill(noise, i + 8, i + 12);
+      for (let i = 0; i < numbers.length; i += 15) numbers.fill(noise, i + 8, i + 12);
       for (const each of constraints) [each.force, each.moment] = [[noise, -noise, 2 * noise], [noise, noise, -noise]];
     }
     /** @type {import("../src/protocol").Header} */
