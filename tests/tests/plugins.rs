@@ -29,6 +29,8 @@ mod rod;
 mod sweeps;
 #[path = "plugins/trust.rs"]
 mod trust;
+#[path = "plugins/zig.rs"]
+mod zig;
 
 type Checked = Result<(), Failed>;
 
@@ -52,6 +54,7 @@ fn main() -> ExitCode {
         let reason = if compiler { "" } else { " (ignored: no C compiler, `cc` or what CC names)" };
         trials.push(Trial::test(format!("{name}{reason}"), check).with_ignored_flag(!compiler));
     }
+    trials.push(zig::trial());
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 

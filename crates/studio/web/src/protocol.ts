@@ -1183,4 +1183,4 @@ corners: number,
 triangles: number, };
 
 /** Number of quantities per node. */
-export const FLOATS = 14;
+export const FLOATS = 15;
