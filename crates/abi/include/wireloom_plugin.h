@@ -31,8 +31,7 @@ struct WireloomKind;
 
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 // arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
-// compliant hubs, springs of their arms. 6: memory of joints. 7: constitutive laws of rods. 8: memory of rods,
-// quantities of energy and area.
+// compliant hubs, springs of their arms. 6: memory of joints. 7: laws of rods. 8: memory of rods, energies, areas.
 #define WIRELOOM_ABI_MINOR 8
 
 // Success.
@@ -672,8 +671,7 @@ typedef struct WireloomRodResponse {
     double *gradient;
     // Its second derivative (N or N m²): `n` times `3 × 3` numbers, each symmetric.
     double *hessian;
-    // Memory at the start of the increment: `n` times `memory_count` numbers; null for a law without one. Since ABI
-    // 1.8.
+    // Memory at the start of the increment, if there is any: `n` times `memory_count` numbers. Since ABI 1.8.
     const double *memory;
     // Time that the increment takes, s. Since ABI 1.8.
     double duration;
@@ -702,12 +700,10 @@ typedef struct WireloomRodCommit {
 // does) and the curvature kappa of a coupling beyond that at rest (bending about d1 and d2, then twist; 1/m). W and V
 // are energies per length, J/m. They are 0, with derivatives 0, at the strain 0, and never negative; a change of sign
 // of the first component changes nothing (a branch that is run from its other end has such strains); W is convex.
-// Their second derivatives at 0 should be near the stiffnesses that the section states. Threads: as for
+// Their second derivatives at 0 should be near the stiffnesses that the section states. The law of bending and twist
+// may remember, all 0 at first: V is then the energy of an increment for the memory at its start, stored at its end or
+// dissipated on the way; `commit` alone changes it, after convergence (since ABI 1.8). Threads: as for
 // `ConstraintKind`. Since ABI 1.7.
-//
-// The law of bending and twist may remember: each coupling has the same number of state variables, all 0 at first. V is
-// then the energy of an increment, for the memory at its start: what is stored beyond that of a memory of 0, and what
-// is dissipated on the way. `bend` changes no memory; `commit` does, once an increment has converged. Since ABI 1.8.
 typedef struct WireloomRodKind {
     // Size of this struct, bytes.
     uint32_t size;
@@ -733,9 +729,8 @@ typedef struct WireloomRodKind {
                     const double *strains,
                     struct WireloomRodResponse *response,
                     struct WireloomText *message);
-    // Updates the memory to the curvatures that end an increment, 1/m, as `bend` gets them. With the new memory and no
-    // duration `bend` gives the same moments; a second call changes nothing and dissipates nothing. May be null only if
-    // no instance has `memory_count`. Since ABI 1.8.
+    // Updates the memory to the curvatures that end an increment, as `bend` gets them: with it and no duration `bend`
+    // gives the same moments, and a second call changes nothing. Null only without `memory_count`. Since ABI 1.8.
     int32_t (*commit)(const void *instance,
                       const double *strains,
                       struct WireloomRodCommit *committed,

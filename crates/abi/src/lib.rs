@@ -50,8 +50,7 @@ pub const MAGIC: u64 = 0x4d4f_4f4c_4552_4957;
 pub const ABI_MAJOR: u32 = 1;
 /// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 /// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
-/// compliant hubs, springs of their arms. 6: memory of joints. 7: constitutive laws of rods. 8: memory of rods,
-/// quantities of energy and area.
+/// compliant hubs, springs of their arms. 6: memory of joints. 7: laws of rods. 8: memory of rods, energies, areas.
 pub const ABI_MINOR: u32 = 8;
 
 /// Success.
@@ -758,12 +757,10 @@ pub struct JointEvaluation {
 /// does) and the curvature kappa of a coupling beyond that at rest (bending about d1 and d2, then twist; 1/m). W and V
 /// are energies per length, J/m. They are 0, with derivatives 0, at the strain 0, and never negative; a change of sign
 /// of the first component changes nothing (a branch that is run from its other end has such strains); W is convex.
-/// Their second derivatives at 0 should be near the stiffnesses that the section states. Threads: as for
+/// Their second derivatives at 0 should be near the stiffnesses that the section states. The law of bending and twist
+/// may remember, all 0 at first: V is then the energy of an increment for the memory at its start, stored at its end or
+/// dissipated on the way; `commit` alone changes it, after convergence (since ABI 1.8). Threads: as for
 /// [`ConstraintKind`]. Since ABI 1.7.
-///
-/// The law of bending and twist may remember: each coupling has the same number of state variables, all 0 at first. V
-/// is then the energy of an increment, for the memory at its start: what is stored at its end, and what is dissipated on
-/// the way. `bend` changes no memory; `commit` does, once an increment has converged. Since ABI 1.8.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct RodKind {
@@ -803,9 +800,8 @@ pub struct RodKind {
             message: *mut Text,
         ) -> i32,
     >,
-    /// Updates the memory to the curvatures that end an increment, 1/m, as `bend` gets them. With the new memory and no
-    /// duration `bend` gives the same moments; a second call changes nothing and dissipates nothing. May be null only
-    /// if no instance has `memory_count`. Since ABI 1.8.
+    /// Updates the memory to the curvatures that end an increment, as `bend` gets them: with it and no duration `bend`
+    /// gives the same moments, and a second call changes nothing. Null only without `memory_count`. Since ABI 1.8.
     pub commit: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
@@ -881,8 +877,7 @@ pub struct RodResponse {
     pub gradient: *mut f64,
     /// Its second derivative (N or N m²): `n` times `3 × 3` numbers, each symmetric.
     pub hessian: *mut f64,
-    /// Memory at the start of the increment: `n` times `memory_count` numbers; null for a law without one. Since ABI
-    /// 1.8.
+    /// Memory at the start of the increment, if there is any: `n` times `memory_count` numbers. Since ABI 1.8.
     pub memory: *const f64,
     /// Time that the increment takes, s. Since ABI 1.8.
     pub duration: f64,

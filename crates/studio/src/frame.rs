@@ -7,8 +7,8 @@
 //! | 4·[`FLOATS`] per node | quantities of every node of all branches: f32 |
 //!
 //! Quantities of a node: position x, y, z (m, world); d1 x, y, z; arc length (m); curvature (1/m); tension (N); bending
-//! moment (N m); torque (N m); axial strain; bending strain at the surface; set, the curvature that would remain without
-//! a moment (1/m; 0 of what keeps none); clearance (m; NaN if unknown).
+//! moment (N m); torque (N m); axial strain; bending strain at the surface; set, the curvature that would remain
+//! without a moment (1/m; 0 of what keeps none); clearance (m; NaN if unknown).
 
 use crate::protocol::{Place, Placed};
 use serde::{Deserialize, Serialize};

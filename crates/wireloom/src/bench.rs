@@ -385,8 +385,8 @@ fn hung<'n>(network: &'n Network, newton: &mut Newton, stop: &Stop, shift: Vecto
     (problem, state)
 }
 
-/// The cases of the benchmark, on one thread: the cable with 100, 1,000 and 10,000 segments, that of 1,000 with friction
-/// within its section, and the branched harness.
+/// The cases of the benchmark, on one thread: the cable with 100, 1,000 and 10,000 segments, that of 1,000 with
+/// friction within its section, and the branched harness.
 ///
 /// # Panics
 /// If the system has no thread left.

@@ -1,7 +1,7 @@
 //! The bundle satisfies the contract of constitutive laws, and its moment is that of the closed form.
 
 use wireloom_models::rods::constitutive;
-use wireloom_plugin::core::constitutive::ConstitutiveLaws;
+use wireloom_plugin::core::constitutive::{ConstitutiveLaws, Past};
 use wireloom_plugin::core::rod::{Mesh, RodSegment, RodSpec};
 use wireloom_plugin::core::{Parameters, Value, Vector};
 use wireloom_testkit::conformance::rod::section;
@@ -27,7 +27,7 @@ fn the_moment_falls_from_that_of_sticking_wires_to_that_of_loose_ones() {
         // m = EI (r + (1 − r)/√(1 + (κ/κ₀)²)) κ, whatever the direction.
         let want = 0.01 * (0.25 + 0.75 / (1.0 + kappa * kappa / 4.0_f64).sqrt()) * kappa;
         let direction = Vector::new(0.6, -0.8, 0.0);
-        let got = law.at(&(direction * kappa)).gradient;
+        let got = law.at(&(direction * kappa), Past::default()).gradient;
         assert!((got - direction * want).norm() < 1e-14 * want, "{got} at {kappa} 1/m");
         assert!((law.strain_under(&(direction * want), Past::default()) - direction * kappa).norm() < 1e-9 * kappa);
     }

@@ -2,10 +2,11 @@
 //! differences.
 //!
 //! Plugins are other people's code. A gradient that is not that of the energy leads to a state that looks balanced and
-//! is not, second derivatives that are not those of the forces to one that looks stable and is not. So one slope of both
-//! is compared for every part at each equilibrium, along another line at each. It is enough that the differences of one step
-//! agree: long steps meet curvature, short ones rounding. A slope that is small beside its own change over a step is
-//! not judged by that step: a spring at rest has none. At a kink, any slope between those of both sides is one.
+//! is not, second derivatives that are not those of the forces to one that looks stable and is not. So one slope of
+//! both is compared for every part at each equilibrium, along another line at each. It is enough that the differences
+//! of one step agree: long steps meet curvature, short ones rounding. A slope that is small beside its own change over
+//! a step is not judged by that step: a spring at rest has none. At a kink, any slope between those of both sides is
+//! one.
 
 use crate::Vector;
 use rustc_hash::FxHasher;

@@ -20,9 +20,9 @@
 //! is infinite and the joint is the plain rod for any L; for L → 0 it is the joint `fused`. Several pairs act in
 //! parallel.
 //!
-//! L is by default the diameter D of the thickest arm, because tape binds the wires of an arm where it can go round them
-//! alone: two arms of this diameter whose axes meet at the angle α touch up to `D/(2 sin(α/2))` from that point, which is
-//! D at 60°. It is at most half of the shortest arm, whose other half belongs to its other end.
+//! L is by default the diameter D of the thickest arm, because tape binds the wires of an arm where it can go round
+//! them alone: two arms of this diameter whose axes meet at the angle α touch up to `D/(2 sin(α/2))` from that point,
+//! which is D at 60°. It is at most half of the shortest arm, whose other half belongs to its other end.
 //!
 //! The frames that are coupled are those of stations at the ends of the arms; half a segment, between station and first
 //! segment, is part of the rod like any other. Where all wires of two arms of one stiffness go straight on, the joint
