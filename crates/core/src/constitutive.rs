@@ -150,6 +150,7 @@ impl dyn ConstitutiveLaw + '_ {
             self.respond(&moved(t), past, &mut Response { energy: None, gradient: Some(&mut gradient), hessian: None });
             gradient.iter().enumerate().map(|(k, force)| force.dot(&line(k))).sum()
         });
+        let found = found.filter(|found| found.is_of_stiffness(!past.memory.is_empty()));
         found.map(|found| (Derivatives::Second, found))
     }
 }

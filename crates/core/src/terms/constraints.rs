@@ -381,6 +381,7 @@ impl ConstraintTerm {
                         stations.iter().chain(&span).enumerate().map(|(k, g)| g.dot(&line.along(k))).sum()
                     })
                 });
+                let second = second.filter(|found| found.is_of_stiffness(!own.memory.is_empty()));
                 second.map(|found| (Derivatives::Second, found))
             });
             let mut of_equations = |equations: &dyn Equations| {

@@ -118,6 +118,7 @@ impl JointTerm {
                     arms.iter().enumerate().map(|(a, g)| g.dot(&line.along(a))).sum()
                 })
             });
+            let second = second.filter(|found| found.is_of_stiffness(!own.memory.is_empty()));
             second.map(|found| (j, Derivatives::Second, found))
         })
     }

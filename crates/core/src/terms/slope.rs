@@ -29,6 +29,15 @@ pub struct Contradiction {
     pub found: f64,
 }
 
+impl Contradiction {
+    /// Whether it counts as one of second derivatives, of a part that remembers or not. What slips lies at its limit
+    /// after each increment; there a part may say the smaller one of two stiffnesses for each of its elements, while
+    /// along a line some slip and others do not.
+    pub(crate) fn is_of_stiffness(&self, remembers: bool) -> bool {
+        !remembers || self.claimed > self.found
+    }
+}
+
 /// Slope along a line, summed over its components.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Slope {
