@@ -337,7 +337,8 @@ impl ConstraintTerm {
     }
 
     /// First constraint (by index) whose first derivatives at `state` are not those of its energy, or of a residual
-    /// that exerts a force, or whose potential has second derivatives that are not those of its forces.
+    /// that exerts a force, or whose potential, if it remembers nothing, has second derivatives that are not
+    /// those of its forces.
     pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Derivatives, Contradiction)> {
         let Self { scratch: Scratch { surroundings, slopes, .. }, penalty_unit, .. } = self;
         contributing(system).find_map(|(c, constraint)| {
@@ -363,6 +364,9 @@ impl ConstraintTerm {
                 if let Some(found) = first {
                     return Some((Derivatives::First, found));
                 }
+                if !own.memory.is_empty() {
+                    return None;
+                }
                 let mut table = vec![Matrix::zeros(); 4 * m * m];
                 let mut span_table = vec![Matrix::zeros(); span.len()];
                 potential.hessian(&surroundings.view(own), &mut table, &mut span_table);
@@ -381,7 +385,6 @@ impl ConstraintTerm {
                         stations.iter().chain(&span).enumerate().map(|(k, g)| g.dot(&line.along(k))).sum()
                     })
                 });
-                let second = second.filter(|found| found.is_of_stiffness(!own.memory.is_empty()));
                 second.map(|found| (Derivatives::Second, found))
             });
             let mut of_equations = |equations: &dyn Equations| {

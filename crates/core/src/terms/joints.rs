@@ -79,7 +79,7 @@ impl JointTerm {
     }
 
     /// First joint (by index) whose first derivatives at `state` are not those of its energy, or second ones those of
-    /// its moments.
+    /// its moments if it remembers nothing.
     pub fn contradiction(&mut self, system: System<'_>, state: &State) -> Option<(usize, Derivatives, Contradiction)> {
         system.joints().enumerate().find_map(|(j, (joint, own))| {
             if joint.coupled_frames.is_empty() {
@@ -101,6 +101,9 @@ impl JointTerm {
             if let Some(found) = first {
                 return Some((j, Derivatives::First, found));
             }
+            if !shape.memory.is_empty() {
+                return None;
+            }
             let k = arms.len();
             let mut table = vec![Matrix::zeros(); k * k];
             joint.model.add_hessian(&shape, &mut table);
@@ -118,7 +121,6 @@ impl JointTerm {
                     arms.iter().enumerate().map(|(a, g)| g.dot(&line.along(a))).sum()
                 })
             });
-            let second = second.filter(|found| found.is_of_stiffness(!own.memory.is_empty()));
             second.map(|found| (j, Derivatives::Second, found))
         })
     }

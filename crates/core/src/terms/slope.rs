@@ -6,7 +6,8 @@
 //! both is compared for every part at each equilibrium, along another line at each. It is enough that the differences
 //! of one step agree: long steps meet curvature, short ones rounding. A slope that is small beside its own change over
 //! a step is not judged by that step: a spring at rest has none. At a kink, any slope between those of both sides is
-//! one.
+//! one. Second derivatives of parts that remember are not judged: what slips is at its limit where an increment ends,
+//! next to where they jump, and its elements jump on different sides of a line.
 
 use crate::Vector;
 use rustc_hash::FxHasher;
@@ -27,15 +28,6 @@ pub struct Contradiction {
     pub claimed: f64,
     /// By differences of the values.
     pub found: f64,
-}
-
-impl Contradiction {
-    /// Whether it counts as one of second derivatives, of a part that remembers or not. What slips lies at its limit
-    /// after each increment; there a part may say the smaller one of two stiffnesses for each of its elements, while
-    /// along a line some slip and others do not.
-    pub(crate) fn is_of_stiffness(&self, remembers: bool) -> bool {
-        !remembers || self.claimed > self.found
-    }
 }
 
 /// Slope along a line, summed over its components.
