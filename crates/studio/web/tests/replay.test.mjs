@@ -95,7 +95,7 @@ test("a click on a cable looks closer at that point", async () => {
   await page.mouse.click(place.x, place.y);
   const chosen = page.locator("details", { hasText: "Chosen" }).first();
   assert.match(await chosen.innerText(), /right at s = 200/);
-  assert.equal(await page.locator(".plot").count(), 6);
+  assert.equal(await page.locator(".plot").count(), 7);
   const label = await page.locator(".plot").nth(1).getAttribute("aria-label");
   assert.match(label, /^Tension, N along right: 3\.50 N at 200/);
   assert.equal(await page.getByRole("button", { name: "Hold" }).count(), 0, "a finished run has no hands");
