@@ -491,7 +491,8 @@ impl Problem<'_> {
             lost.then(|| "what it remembers is not a finite number".to_owned())
         };
         for (b, branch) in self.network.branches.iter().enumerate() {
-            if let Some(message) = branch.rod.constitutive().and_then(ConstitutiveLaws::fault) {
+            let fault = branch.rod.constitutive().and_then(ConstitutiveLaws::fault);
+            if let Some(message) = fault.or_else(|| not_finite(&self.conditions.rods[b].memory)) {
                 return Some((PartFamily::Rod, b, message));
             }
         }

@@ -55,6 +55,11 @@ struct Rod : Base {
 #else
     void stretch(const double *, WireloomRodResponse &) const {}
 #endif
+#if CASE == 11
+    void commit(const double *, double *) const {}
+#else
+    void commit(const double *, WireloomRodCommit &) const {}
+#endif
 };
 
 struct Lawless {

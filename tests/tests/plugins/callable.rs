@@ -4,7 +4,7 @@ use super::{Checked, Named, Place, compile_cpp, named};
 use wireloom_tests::root;
 
 /// Cases of `callable.cpp`, and what the compiler says; 0 is right.
-const CASES: [(u32, &[&str]); 11] = [
+const CASES: [(u32, &[&str]); 12] = [
     (0, &[]),
     (1, &["`evaluate` of this class", "(const WireloomSituation &at, WireloomEvaluation &out) const`"]),
     (2, &["`target` of this class", "(const WireloomPose &base, double progress, WireloomPose &to) const`"]),
@@ -16,6 +16,7 @@ const CASES: [(u32, &[&str]); 11] = [
     (8, &["remove `final` from this class"]),
     (9, &["`stretch` of this class", "`void stretch(const double *strains, WireloomRodResponse &out) const`"]),
     (10, &["this class has no law: declare `stretch`, `bend` or both"]),
+    (11, &["`commit` of this class", "`void commit(const double *strains, WireloomRodCommit &committed) const`"]),
 ];
 
 pub fn trials() -> Vec<Named> {
