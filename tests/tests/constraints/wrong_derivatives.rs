@@ -92,6 +92,21 @@ impl ConstitutiveLaw for LyingLaw {
     }
 }
 
+/// An honest law that writes no number into its memory.
+struct LosingLaw;
+
+impl ConstitutiveLaw for LosingLaw {
+    fn respond(&self, curvatures: &[Vector], past: Past<'_>, response: &mut Response<'_>) {
+        LyingLaw([1.0, 1.0]).respond(curvatures, past, response);
+    }
+    fn memory(&self) -> usize {
+        1
+    }
+    fn commit(&self, _: &[Vector], _: f64, memory: &mut [f64], _: &mut [f64]) {
+        memory.fill(f64::NAN);
+    }
+}
+
 /// A spring and a link in one, of which one is wrong: the doubled spring with an equation of its own, or the doubled
 /// link with a spring that is right.
 struct HalfWrong {
@@ -154,6 +169,13 @@ fn registry() -> Registry {
         };
         assert!(registry.add_joint(joint).is_ok());
     }
+    let losing = ConstitutiveKind {
+        name: "losing".into(),
+        doc: "a rod".into(),
+        parameters: vec![],
+        build: Box::new(|_, _| Ok(Box::new(ConstitutiveLaws { stretch: None, bend: Some(Box::new(LosingLaw)) }))),
+    };
+    assert!(registry.add_rod(constitutive::kind(losing)).is_ok());
     for (name, factors) in [("honest", [1.0, 1.0]), ("doubled", [2.0, 2.0]), ("wrong-slopes", [1.0, 2.0])] {
         let laws = ConstitutiveKind {
             name: name.into(),
@@ -273,4 +295,11 @@ fn a_rod_with_twice_the_moment_that_its_energy_has_is_at_fault() {
 #[test]
 fn a_rod_with_second_derivatives_that_are_not_those_of_its_moment_is_at_fault() {
     has_wrong_slopes(&hanging("wrong-slopes"), "rod `cable` (wrong-slopes)");
+}
+
+/// Nothing else would have looked at it: the law does not depend on what it remembers.
+#[test]
+fn a_rod_that_remembers_what_is_no_number_is_at_fault() {
+    let fault = hanging("losing").fault().expect("a fault").to_string();
+    assert!(fault.contains("what it remembers is not a finite number"), "{fault}");
 }
