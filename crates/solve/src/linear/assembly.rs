@@ -203,6 +203,12 @@ impl System {
         self.matrix.frame_weights(problem.network, |branch| scales[branch].force, &mut self.weights);
     }
 
+    /// sᵀWs of a step s, N m, with the weights W of shifts.
+    pub fn shifted(&self, step: &Tangent) -> f64 {
+        let places = self.matrix.structure.of_frame.iter().zip(&step.frames).filter(|(place, _)| **place < TIED);
+        places.map(|(&place, turn)| self.weights[place as usize] * turn.norm_squared()).sum()
+    }
+
     /// Assembles the second derivatives of `problem` at `state`; makes itself anew if the contact pattern has changed.
     pub fn fill(&mut self, problem: &Problem<'_>, state: &State, hessian: &Hessian) {
         if problem.contact_pattern().0 != self.version {

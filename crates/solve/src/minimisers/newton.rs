@@ -49,6 +49,9 @@ const RAISE_AFTER_FAILURE: f64 = 16.0;
 const SHORT_STEP: f64 = 0.25;
 /// See [`SHORT_STEP`].
 const RAISE_AFTER_SHORT_STEP: f64 = 4.0;
+/// Least shift, in units of the negative curvature along the step before. A step with the shift σ makes a direction of
+/// curvature −μ grow by `σ/(σ − μ)`: below μ the matrix is not positive definite, just above it the step is cut.
+const ABOVE_NEGATIVE: f64 = 3.0;
 /// Shift below which it becomes zero.
 const NO_SHIFT: f64 = 0.1 * FIRST_SHIFT;
 /// Limits of the factor by which the line search shortens a step to the minimum of the parabola.
@@ -359,6 +362,12 @@ impl Workspace {
         self.step.frames.iter().map(Vector::norm_squared).fold(0.0, f64::max).sqrt()
     }
 
+    /// Negative curvature −sᵀHs / sᵀWs along the step s with the shift `sigma`, 0 if there is none: from
+    /// `sᵀ(H + σW)s = −gᵀs`, where gᵀs is the `slope` (J).
+    fn negative_curvature(&self, slope: f64, sigma: f64) -> f64 {
+        if sigma == 0.0 { 0.0 } else { (sigma + slope / self.system.shifted(&self.step)).max(0.0) }
+    }
+
     fn slope(&self) -> f64 {
         // Tied entries of the gradient are zero.
         self.free.dot(&self.step)
@@ -461,6 +470,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             trace(problem, &report, [energy, monitor.residual, 0.0, sigma], ws.factorisations);
             break Status::Failed;
         }
+        let negative = ws.negative_curvature(slope, sigma);
         let noise = problem.energy_noise(&ws.gradient);
         let found = ws.line_search(problem, state, [energy, slope, noise], [monitor.residual, sigma]);
         let Some((alpha, trial)) = found else {
@@ -485,7 +495,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
         trace(problem, &report, [energy, monitor.residual, alpha, sigma], ws.factorisations);
         let quadratic = !keeps && alpha == 1.0 && ws.factor_of.is_some() && problem.has_potential();
         reaches = quadratic && KEPT * turn * monitor.residual <= stop.force_tolerance;
-        sigma = next_shift(sigma, alpha);
+        sigma = next_shift(sigma, alpha, negative);
     };
     if report.status != Status::Converged {
         // The next call may begin at another state.
@@ -508,9 +518,11 @@ fn predict_forces(problem: &Problem<'_>, before: &State, step: &Tangent, forces:
     });
 }
 
-/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma`.
-fn next_shift(sigma: f64, alpha: f64) -> f64 {
-    let next = if alpha < SHORT_STEP { RAISE_AFTER_SHORT_STEP * sigma } else { LOWER * sigma };
+/// Shift for the next iteration, after a step of length `alpha` with the shift `sigma` along which there was a
+/// `negative` curvature.
+fn next_shift(sigma: f64, alpha: f64, negative: f64) -> f64 {
+    let lowered = (LOWER * sigma).max(ABOVE_NEGATIVE * negative);
+    let next = if alpha < SHORT_STEP { RAISE_AFTER_SHORT_STEP * sigma } else { lowered };
     if next < NO_SHIFT { 0.0 } else { next }
 }
 
