@@ -1,11 +1,15 @@
 """What the tests share."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
 
 import wireloom
+
+# A shell that starts the tests in the background has them ignore Ctrl-C, and those that send it would wait for ever.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
 
