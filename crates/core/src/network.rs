@@ -701,6 +701,12 @@ impl Network {
         }
     }
 
+    /// What `work` makes of each number below `count`, in their order; on several threads for large harnesses, so that
+    /// one result must not depend on another.
+    pub fn map<R: Send>(&self, count: usize, work: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
+        if self.is_shared() { (0..count).into_par_iter().map(work).collect() } else { (0..count).map(work).collect() }
+    }
+
     /// A load without a potential, and why it has none. Minimisers that need an energy refuse it.
     pub fn load_without_potential(&self) -> Option<(&Load, &str)> {
         self.loads.iter().find_map(|load| Some((load, load.without_potential()?)))

@@ -5,8 +5,8 @@
 
 use super::lines::{Line, Pair, Place, between, nearest_pair, nearest_within};
 use std::borrow::Cow;
-use std::cell::OnceCell;
 use std::ops::Range;
+use std::sync::OnceLock;
 use wireloom_core::equilibrium::{BranchResult, Clearance, ClearanceFrom, StepResult};
 use wireloom_core::network::{APART, BranchEnd};
 use wireloom_core::obstacle::Obstacle;
@@ -118,8 +118,8 @@ struct Way {
 pub(crate) struct Cables<'n> {
     network: &'n Network,
     lines: Vec<Line>,
-    fine: OnceCell<FineLines>,
-    overlaps: OnceCell<Vec<CableOverlap>>,
+    fine: OnceLock<FineLines>,
+    overlaps: OnceLock<Vec<CableOverlap>>,
 }
 
 /// What distances of cables from each other are measured with.
@@ -133,15 +133,15 @@ struct FineLines {
 impl<'n> Cables<'n> {
     /// The cables of a network, with the results of all its branches.
     pub fn new(network: &'n Network, branches: &[BranchResult]) -> Self {
-        let lines = branches.iter().map(Line::of).collect();
-        Self { network, lines, fine: OnceCell::new(), overlaps: OnceCell::new() }
+        let lines = network.map(branches.len(), |b| Line::of(&branches[b]));
+        Self { network, lines, fine: OnceLock::new(), overlaps: OnceLock::new() }
     }
 
     fn fine(&self) -> &FineLines {
         self.fine.get_or_init(|| {
             let thickest = self.lines.iter().map(|line| line.radius).fold(0.0, f64::max);
             let zone = 2.0 * APART * thickest;
-            let lines = self.lines.iter().map(|line| line.divided(zone)).collect();
+            let lines = self.network.map(self.lines.len(), |b| self.lines[b].divided(zone));
             FineLines { lines, near: self.network.near_joints(zone) }
         })
     }
@@ -153,7 +153,10 @@ impl<'n> Cables<'n> {
         self.overlaps.get_or_init(|| {
             let mut pairs = self.near_pairs();
             pairs.sort_unstable();
-            pairs.into_iter().filter_map(|[b, c]| self.overlap(b, c)).collect()
+            // Before the threads share the work: one that waits for the fine lines might be the one that makes them.
+            self.fine();
+            let overlap = |k: usize| self.overlap(pairs[k][0], pairs[k][1]);
+            self.network.map(pairs.len(), overlap).into_iter().flatten().collect()
         })
     }
 

@@ -45,7 +45,7 @@ pub fn deviations(problem: &Problem<'_>, branches: &[BranchResult]) -> Vec<Optio
         let cause = (max > branch.diameter).then(|| places.cause(b, s, max));
         Some(Deviation { median, max, s, cause })
     };
-    (0..branches.len()).map(deviation).collect()
+    network.map(branches.len(), deviation)
 }
 
 /// Median along the branch and largest of the distances of its nodes from a line, m, and the arc length of the largest;

@@ -544,7 +544,8 @@ pub(crate) fn estimate(
         let Branch { start, end, .. } = &problem.network.branches[index];
         around(*start).iter().chain(around(*end)).map(|other| own[*other]).fold(own[index], f64::max)
     };
-    let estimate = |(index, samples): (usize, &Samples<'_>)| {
+    let estimate = |index: usize| {
+        let samples = &samples[index];
         let mut errors = samples.errors(index, response);
         let steepness = steepness(index);
         let slid = if slides { SLIDE_SAFETY } else { 1.0 };
@@ -587,7 +588,7 @@ pub(crate) fn estimate(
         }
         errors
     };
-    samples.iter().enumerate().map(estimate).collect()
+    problem.network.map(samples.len(), estimate)
 }
 
 /// By how much the curvature is larger between nodes than at the nearest one, at the top of the parabola through that

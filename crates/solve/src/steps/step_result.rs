@@ -62,8 +62,9 @@ impl Driver<'_, '_> {
     /// Results of all branches at the present state, which was inspected so, and their errors; `touching` marks its
     /// points in contact.
     fn branch_results(&mut self, inspection: Option<Inspection>, touching: &[bool]) -> Vec<BranchResult> {
+        let network = self.problem.network;
         let branch = |b: usize| result::branch(&self.problem, b, &self.state, touching);
-        let mut branches: Vec<BranchResult> = (0..self.problem.network.branches.len()).map(branch).collect();
+        let mut branches = network.map(network.branches.len(), branch);
         // A neutral equilibrium may answer to any error with any motion.
         let hessian = if self.problem.has_potential() {
             inspection.is_some_and(|inspection| inspection.stability != Stability::Neutral)

@@ -48,7 +48,7 @@ impl<'a> Samples<'a> {
     /// Of all branches with these results at `state`.
     pub(crate) fn of(problem: &'a Problem<'_>, state: &'a State, results: &'a [BranchResult]) -> Vec<Self> {
         let touches = touches(problem);
-        results.iter().enumerate().map(|(index, result)| Self::new(problem, state, index, result, touches)).collect()
+        problem.network.map(results.len(), |index| Self::new(problem, state, index, &results[index], touches))
     }
 
     fn new(problem: &'a Problem<'_>, state: &'a State, index: usize, result: &'a BranchResult, touches: bool) -> Self {
