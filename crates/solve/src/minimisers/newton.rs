@@ -363,9 +363,13 @@ impl Workspace {
     }
 
     /// Negative curvature −sᵀHs / sᵀWs along the step s with the shift `sigma`, 0 if there is none: from
-    /// `sᵀ(H + σW)s = −gᵀs`, where gᵀs is the `slope` (J).
-    fn negative_curvature(&self, slope: f64, sigma: f64) -> f64 {
-        if sigma == 0.0 { 0.0 } else { (sigma + slope / self.system.shifted(&self.step)).max(0.0) }
+    /// `sᵀ(H + σW)s = −gᵀs`, where gᵀs is the `slope` (J). Steps with models of their own
+    /// ([`restores`](Self::restores)) do not tell it.
+    fn negative_curvature(&self, problem: &Problem<'_>, slope: f64, sigma: f64) -> f64 {
+        if sigma == 0.0 || !Self::restores(problem) {
+            return 0.0;
+        }
+        (sigma + slope / self.system.shifted(&self.step)).max(0.0)
     }
 
     fn slope(&self) -> f64 {
@@ -470,7 +474,7 @@ fn descend(ws: &mut Workspace, problem: &mut Problem<'_>, state: &mut State, sto
             trace(problem, &report, [energy, monitor.residual, 0.0, sigma], ws.factorisations);
             break Status::Failed;
         }
-        let negative = ws.negative_curvature(slope, sigma);
+        let negative = ws.negative_curvature(problem, slope, sigma);
         let noise = problem.energy_noise(&ws.gradient);
         let found = ws.line_search(problem, state, [energy, slope, noise], [monitor.residual, sigma]);
         let Some((alpha, trial)) = found else {

@@ -18,8 +18,12 @@ use wireloom_core::{Moment, Network, Pose, Vector};
 pub(super) fn clearances(cables: &Cables<'_>, poses: &[Pose], now: &Moment, all: bool) -> Vec<Clearance> {
     let network = cables.network;
     let included = |k: usize| all || network.obstacles[k].min_clearance.is_some();
-    let mut found = Vec::new();
-    for (b, branch) in network.branches.iter().enumerate() {
+    if all {
+        cables.fine();
+    }
+    let of_branch = |b: usize| {
+        let branch = &network.branches[b];
+        let mut found = Vec::new();
         for (k, obstacle) in network.obstacles.iter().enumerate().filter(|(k, _)| included(*k)) {
             let place = cables.clearance_from_obstacle(CablePart::whole(b), obstacle, &poses[k]);
             found.push(Clearance {
@@ -45,8 +49,9 @@ pub(super) fn clearances(cables: &Cables<'_>, poses: &[Pose], now: &Moment, all:
                 });
             }
         }
-    }
-    found
+        found
+    };
+    network.map(network.branches.len(), of_branch).into_iter().flatten().collect()
 }
 
 /// Updates the least clearance of each pair so far. The pairs of successive increments are mostly the same, in the same
@@ -137,6 +142,8 @@ impl<'n> Cables<'n> {
         Self { network, lines, fine: OnceLock::new(), overlaps: OnceLock::new() }
     }
 
+    /// To be called before threads share work that needs these lines: one that waits for them could be the one that makes
+    /// them.
     fn fine(&self) -> &FineLines {
         self.fine.get_or_init(|| {
             let thickest = self.lines.iter().map(|line| line.radius).fold(0.0, f64::max);
@@ -153,7 +160,6 @@ impl<'n> Cables<'n> {
         self.overlaps.get_or_init(|| {
             let mut pairs = self.near_pairs();
             pairs.sort_unstable();
-            // Before the threads share the work: one that waits for the fine lines might be the one that makes them.
             self.fine();
             let overlap = |k: usize| self.overlap(pairs[k][0], pairs[k][1]);
             self.network.map(pairs.len(), overlap).into_iter().flatten().collect()
