@@ -142,8 +142,8 @@ impl<'n> Cables<'n> {
         Self { network, lines, fine: OnceLock::new(), overlaps: OnceLock::new() }
     }
 
-    /// To be called before threads share work that needs these lines: one that waits for them could be the one that makes
-    /// them.
+    /// To be called before threads share work that needs these lines: one that waits for them could be the one that
+    /// makes them.
     fn fine(&self) -> &FineLines {
         self.fine.get_or_init(|| {
             let thickest = self.lines.iter().map(|line| line.radius).fold(0.0, f64::max);
