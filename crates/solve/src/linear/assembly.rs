@@ -204,7 +204,7 @@ impl System {
     }
 
     /// sᵀWs of a step s, N m, with the weights W of shifts.
-    pub fn shifted(&self, step: &Tangent) -> f64 {
+    pub fn weighted_square(&self, step: &Tangent) -> f64 {
         let places = self.matrix.structure.of_frame.iter().zip(&step.frames).filter(|(place, _)| **place < TIED);
         places.map(|(&place, turn)| self.weights[place as usize] * turn.norm_squared()).sum()
     }

@@ -369,7 +369,7 @@ impl Workspace {
         if sigma == 0.0 || !Self::restores(problem) {
             return 0.0;
         }
-        (sigma + slope / self.system.shifted(&self.step)).max(0.0)
+        (sigma + slope / self.system.weighted_square(&self.step)).max(0.0)
     }
 
     fn slope(&self) -> f64 {
