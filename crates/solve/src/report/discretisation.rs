@@ -40,8 +40,9 @@
 //! the leading term says little; there the estimate is the change itself (Zienkiewicz and Zhu 1992, The superconvergent
 //! patch recovery, International Journal for Numerical Methods in Engineering 33, estimate the error by such jumps).
 //!
-//! Under loads without a potential H is the tangent of the residual. Where it is not available (the state is no
-//! equilibrium of known stability, or cables slide under such loads), the estimate is local: the last contribution,
+//! Under loads without a potential H is the tangent of the residual. At a neutral equilibrium δ is without neutral
+//! motions, such as a cable that rolls about its own centre line. Where H is not available (the state is no
+//! equilibrium, or cables slide under such loads), the estimate is local: the last contribution,
 //! times `LOCAL_SAFETY`, integrated along the branch for positions. Where cables touch something H has the contacts
 //! that act, and where they slide the arc length at the constraint is fixed; with another mesh both would differ a
 //! little, so the estimate is doubled there, that of positions tripled where they slide.

@@ -146,7 +146,7 @@ impl Certifier {
         let mut defect = discretisation::defect(problem, state, &samples, &inspector.hessian);
         // What is left of the forces moves the state as a defect of the energy with the opposite sign would.
         defect[1].add_scaled(-1.0, &self.gradient);
-        let parts = defect.map(|gradient| inspector.response(problem, state, &gradient));
+        let parts = inspector.responses(problem, state, &defect);
         let response = Response { parts: parts.each_ref(), hessian: &inspector.hessian };
         discretisation::estimate(problem, state, &samples, Some(response))
     }

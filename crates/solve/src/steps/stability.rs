@@ -22,6 +22,10 @@ use wireloom_core::{State, Tangent, Vector};
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Lever of the residual forces, in lengths of their branch.
 const LEVERS: f64 = 4.0;
+/// ε of [`Inspector::responses`]: far above τ, far below what other motions than neutral ones have.
+const NEUTRAL_SHIFT: f64 = 1e-10;
+/// Share of the work along neutral motions that is the error of a gradient of a motion that changes no energy.
+const NEUTRAL_WORK: f64 = 0.05;
 
 /// Stability of an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +90,8 @@ pub struct Inspector {
     weights: Vec<f64>,
     /// Sum of the residual forces on each branch, N.
     residual_forces: Vec<f64>,
+    /// Whether a motion from the state inspected last changes the energy by round-off only.
+    is_neutral: bool,
 }
 
 impl Inspector {
@@ -102,6 +108,7 @@ impl Inspector {
             at: Vec::new(),
             weights: Vec::new(),
             residual_forces: vec![0.0; network.branches.len()],
+            is_neutral: false,
         }
     }
 
@@ -125,6 +132,7 @@ impl Inspector {
         } else {
             Stability::Unstable
         };
+        self.is_neutral = stability == Stability::Neutral && !is_uncertain;
         self.border.step(&mut self.system, problem, state, gradient, None, &mut self.step);
         let has_potential = problem.has_potential();
         if !has_potential {
@@ -150,10 +158,43 @@ impl Inspector {
         self.at == state.points
     }
 
-    /// `−H⁻¹ g` with the Hessian factorised by the last [`Self::inspect`], which was at `state`, for another gradient g
-    /// of the points and frames; what slides stays at its arc length. Under loads without a potential H is the tangent
-    /// of the residual.
-    pub fn response(&mut self, problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Tangent {
+    /// `−H⁻¹ g` at `state`, inspected last, for other gradients g of the points and frames; what slides stays at its arc
+    /// length. Under loads without a potential H is the tangent of the residual.
+    ///
+    /// At a neutral equilibrium they are without neutral motions, which nothing determines. With A + ε D instead of H
+    /// these have a share of 1/ε, so `2 (A + 2 ε D)⁻¹ − (A + ε D)⁻¹` has none, and 1/λ of other eigenvalues λ of D⁻¹ A.
+    /// If g does work along the neutral motions, they stay: the equilibrium would be elsewhere, far away.
+    pub fn responses<const N: usize>(
+        &mut self,
+        problem: &Problem<'_>,
+        state: &State,
+        gradients: &[Tangent; N],
+    ) -> [Tangent; N] {
+        if !self.is_neutral {
+            return gradients.each_ref().map(|gradient| self.response(problem, state, gradient));
+        }
+        let [once, mut responses] = [1.0, 2.0].map(|factor| {
+            self.factorise(problem, state, factor * NEUTRAL_SHIFT, 0.0);
+            if !problem.has_potential() {
+                self.without.prepare(&mut self.system, &self.border, problem, state);
+            }
+            gradients.each_ref().map(|gradient| self.response(problem, state, gradient))
+        });
+        for ((response, once), gradient) in responses.iter_mut().zip(once).zip(gradients) {
+            // Minus half the neutral part.
+            let mut neutral = response.clone();
+            neutral.add_scaled(-1.0, &once);
+            if neutral.dot(gradient).abs() <= NEUTRAL_WORK * size_of_work(&neutral, gradient) {
+                response.add_scaled(1.0, &neutral);
+            } else {
+                *response = once;
+            }
+        }
+        responses
+    }
+
+    /// `−H⁻¹ g` with the Hessian factorised last, of `state`.
+    fn response(&mut self, problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Tangent {
         let mut response = Tangent::zeros(problem.network);
         let Self { system, border, without, .. } = self;
         system.step(problem, state, gradient, None, &mut response);
@@ -225,7 +266,18 @@ impl Inspector {
         entries: f64,
         levers: f64,
     ) -> Inertia {
-        let Self { system, hessian, border, weights, residual_forces, .. } = self;
+        let pivots = Inertia { negative: self.factorise(problem, state, entries, levers), flat: 0 };
+        let Self { system, border, .. } = self;
+        if pivots.negative > 0 || !problem.has_slides() {
+            border.forget();
+            return pivots;
+        }
+        border.inertia(system, problem, state, gradient)
+    }
+
+    /// Factorises the matrix of [`Self::inertia`], without what slides, and returns its number of negative pivots.
+    fn factorise(&mut self, problem: &Problem<'_>, state: &State, entries: f64, levers: f64) -> usize {
+        let Self { system, hessian, weights, residual_forces, .. } = self;
         system.fill(problem, state, hessian);
         let System { matrix, rhs, .. } = system;
         weights.resize(rhs.len(), 0.0);
@@ -233,12 +285,7 @@ impl Inspector {
         matrix.grow_diagonal(entries);
         matrix.shift(levers, weights);
         matrix.eliminate_prescribed(problem);
-        let pivots = Inertia { negative: matrix.factorise(), flat: 0 };
-        if pivots.negative > 0 || !problem.has_slides() {
-            border.forget();
-            return pivots;
-        }
-        border.inertia(system, problem, state, gradient)
+        matrix.factorise()
     }
 
     /// Sums the residual forces on each branch and on the joints at its ends, and the moments divided by its length, N.
@@ -257,6 +304,12 @@ impl Inspector {
             }
         }
     }
+}
+
+/// Sum of the sizes of the work of a gradient at each point and frame, J.
+fn size_of_work(step: &Tangent, gradient: &Tangent) -> f64 {
+    let sum = |a: &[Vector], b: &[Vector]| -> f64 { a.iter().zip(b).map(|(a, b)| a.norm() * b.norm()).sum() };
+    sum(&step.points, &gradient.points) + sum(&step.frames, &gradient.frames)
 }
 
 fn largest(all: &[Vector]) -> f64 {

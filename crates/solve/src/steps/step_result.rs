@@ -9,7 +9,7 @@ use crate::report::result;
 use crate::report::sheet::Here;
 use crate::report::spans::Spans;
 use crate::steps::certificate::Grade;
-use crate::steps::stability::{Inspection, Stability};
+use crate::steps::stability::Inspection;
 use wireloom_core::equilibrium::{
     BranchResult, ConstraintResult, MinimiserResult, OperationResult, RequirementResult, StepResult,
 };
@@ -65,12 +65,7 @@ impl Driver<'_, '_> {
         let network = self.problem.network;
         let branch = |b: usize| result::branch(&self.problem, b, &self.state, touching);
         let mut branches = network.map(network.branches.len(), branch);
-        // A neutral equilibrium may answer to any error with any motion.
-        let hessian = if self.problem.has_potential() {
-            inspection.is_some_and(|inspection| inspection.stability != Stability::Neutral)
-        } else {
-            !self.problem.has_slides()
-        };
+        let hessian = if self.problem.has_potential() { inspection.is_some() } else { !self.problem.has_slides() };
         self.errors = self.certifier.discretisation(&mut self.problem, &self.state, &branches, hessian);
         for (branch, errors) in branches.iter_mut().zip(&self.all_errors()) {
             branch.error = errors.largest(branch);
