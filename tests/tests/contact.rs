@@ -382,6 +382,27 @@ fn a_thin_bar_does_not_pass_between_two_nodes() {
     assert!(step.obstacles[0].contacts > 0 && force(step, "A").norm() > 500.0, "{:?}", step.obstacles);
 }
 
+/// A sheet is pushed 250 mm against a cable that cannot follow: where an increment ended in the middle of its way, and
+/// the harness snapped from there, that was taken for its end.
+#[test]
+fn an_increment_that_converged_came_to_its_end() {
+    for (length, increments) in [(0.81, 1), (0.83, 5)] {
+        let text = [
+            "schema = 1\nname = \"pushed\"\n[sections.s]\ndiameter = 0.008\nlinear_density = 0.08\n\
+             axial_stiffness = 1e4\nbending_stiffness = 0.05\ntorsion_stiffness = 0.04\n",
+            &branch("c", ["A", "B"], "s", length, 30),
+            &connector("A", "A", [0.0, 0.0, 0.0]),
+            &connector("B", "B", [0.8, 0.0, 0.0]),
+            "[[obstacles]]\nname = \"sheet\"\nposition = [0.4, 0.1, 0]\nshape = \"box\"\nsize = [0.2, 0.0005, 1.0]\n\
+             [[steps]]\nname = \"hang\"\n[[steps]]\nname = \"push\"\n",
+            &format!("increments = {increments}\nmove = [{{ obstacle = \"sheet\", position = [0.4, -0.15, 0] }}]\n"),
+        ];
+        let run = run(&text.concat());
+        let (end, y) = (run.steps[1].status, run.steps[1].obstacles[0].pose.position.y);
+        assert!(end != Status::Converged || (y + 0.15).abs() < 1e-12, "{end:?} at {y} m");
+    }
+}
+
 /// A drum that turns below a cable rubs it on its whole way, however few increments it takes; also where these are
 /// divided because something creeps.
 #[test]

@@ -317,8 +317,7 @@ impl Driver<'_, '_> {
                     return (Grade::FAILED, from);
                 }
             }
-            status = self.advance(plan, from, to, CUT_BACKS);
-            from = to;
+            (status, from) = self.advance(plan, from, to, CUT_BACKS);
             if !is_balanced(status) {
                 break;
             }
@@ -343,8 +342,8 @@ impl Driver<'_, '_> {
     }
 
     /// Advances from fraction `a` to fraction `b` of a plan; the part is halved if it does not converge, `cuts` times
-    /// at most.
-    pub(super) fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> Grade {
+    /// at most. Returns also the fraction whose conditions act now, `b` if it is balanced.
+    pub(super) fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> (Grade, f64) {
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
         plan.apply(&mut self.problem, b);
@@ -364,7 +363,7 @@ impl Driver<'_, '_> {
         }
         self.log_self_passing(status);
         if is_balanced(status) || cuts == 0 || self.is_over() {
-            return status;
+            return (status, b);
         }
         let (failed, lost_twist) = (self.state.clone(), self.lost_twist.clone());
         self.smallest_part = self.smallest_part.min(0.5_f64.powi((CUT_BACKS - cuts + 1) as i32));
@@ -374,23 +373,23 @@ impl Driver<'_, '_> {
         if self.is_over() {
             return half;
         }
-        if !is_balanced(half) {
+        if !is_balanced(half.0) {
             // Keep the last state of the whole part, which went farthest.
             self.state = failed;
             self.lost_twist = lost_twist;
             plan.apply(&mut self.problem, b);
-            return self.certify(status);
+            return (self.certify(status), b);
         }
         self.check_distances();
         self.advance(plan, middle, b, cuts - 1)
     }
 
-    /// Advances through a part, which began under these conditions, in two halves.
-    fn halve(&mut self, plan: &Plan, began: &Conditions, [a, b]: [f64; 2], cuts: u32) -> Grade {
+    /// Advances as [`Self::advance`] through a part, which began under these conditions, in two halves.
+    fn halve(&mut self, plan: &Plan, began: &Conditions, [a, b]: [f64; 2], cuts: u32) -> (Grade, f64) {
         self.go_back(began);
         let middle = 0.5 * (a + b);
         let half = self.advance(plan, a, middle, cuts);
-        if !is_balanced(half) {
+        if !is_balanced(half.0) {
             return half;
         }
         self.check_distances();

@@ -136,7 +136,7 @@ impl Driver<'_, '_> {
         // Snap-through needs more iterations, not smaller increments.
         self.stop.max_iterations = snap_through_iterations(&stop);
         self.stop.force_tolerance = stop.force_tolerance.max(START_TOLERANCE);
-        let mut status = self.advance(&plan, 0.0, 0.0, 0);
+        let (mut status, _) = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
             if k == increments {
                 self.stop.force_tolerance = stop.force_tolerance;
