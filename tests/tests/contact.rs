@@ -382,25 +382,38 @@ fn a_thin_bar_does_not_pass_between_two_nodes() {
     assert!(step.obstacles[0].contacts > 0 && force(step, "A").norm() > 500.0, "{:?}", step.obstacles);
 }
 
-/// A sheet is pushed 250 mm against a cable that cannot follow: where an increment ended in the middle of its way, and
-/// the harness snapped from there, that was taken for its end.
+/// A thin sheet between two plugs that is moved along y.
+fn pushed(length: f64, increments: usize, y: f64) -> Run {
+    let text = [
+        "schema = 1\nname = \"pushed\"\n[sections.s]\ndiameter = 0.008\nlinear_density = 0.08\n\
+         axial_stiffness = 1e4\nbending_stiffness = 0.05\ntorsion_stiffness = 0.04\n",
+        &branch("c", ["A", "B"], "s", length, 30),
+        &connector("A", "A", [0.0, 0.0, 0.0]),
+        &connector("B", "B", [0.8, 0.0, 0.0]),
+        "[[obstacles]]\nname = \"sheet\"\nposition = [0.4, 0.1, 0]\nshape = \"box\"\nsize = [0.2, 0.0005, 1.0]\n\
+         [[steps]]\nname = \"hang\"\n[[steps]]\nname = \"push\"\n",
+        &format!("increments = {increments}\nmove = [{{ obstacle = \"sheet\", position = [0.4, {y:?}, 0] }}]\n"),
+    ];
+    run(&text.concat())
+}
+
+/// The cable cannot follow. Where an increment ended in the middle of its way, and the harness snapped from there, that
+/// was taken for its end.
 #[test]
 fn an_increment_that_converged_came_to_its_end() {
     for (length, increments) in [(0.81, 1), (0.83, 5)] {
-        let text = [
-            "schema = 1\nname = \"pushed\"\n[sections.s]\ndiameter = 0.008\nlinear_density = 0.08\n\
-             axial_stiffness = 1e4\nbending_stiffness = 0.05\ntorsion_stiffness = 0.04\n",
-            &branch("c", ["A", "B"], "s", length, 30),
-            &connector("A", "A", [0.0, 0.0, 0.0]),
-            &connector("B", "B", [0.8, 0.0, 0.0]),
-            "[[obstacles]]\nname = \"sheet\"\nposition = [0.4, 0.1, 0]\nshape = \"box\"\nsize = [0.2, 0.0005, 1.0]\n\
-             [[steps]]\nname = \"hang\"\n[[steps]]\nname = \"push\"\n",
-            &format!("increments = {increments}\nmove = [{{ obstacle = \"sheet\", position = [0.4, -0.15, 0] }}]\n"),
-        ];
-        let run = run(&text.concat());
+        let run = pushed(length, increments, -0.15);
         let (end, y) = (run.steps[1].status, run.steps[1].obstacles[0].pose.position.y);
         assert!(end != Status::Converged || (y + 0.15).abs() < 1e-12, "{end:?} at {y} m");
     }
+}
+
+/// It comes through the cable within a ten-thousandth of the step: that converged, and all clearances were kept.
+#[test]
+fn a_sheet_that_is_too_fast_does_not_pass_through_a_cable() {
+    let run = pushed(0.9, 1, -100.0);
+    assert_eq!(run.status(), Status::Failed);
+    assert!(run.events.iter().any(|event| event.message.contains("would pass through a cable")), "{:?}", run.events);
 }
 
 /// A drum that turns below a cable rubs it on its whole way, however few increments it takes; also where these are

@@ -121,6 +121,20 @@ pub(crate) fn log_increment(
     }
 }
 
+/// A body that would pass through a cable in this part of a step.
+pub(crate) fn passes_through(part: f64) -> Occurrence {
+    let parts = 1.0 / part;
+    Occurrence {
+        kind: EventKind::CutBack,
+        place: EventPlace::default(),
+        value: Some(parts),
+        limit: None,
+        message: format!(
+            "an obstacle moves so fast that it would pass through a cable in 1/{parts:.0} of the step; let it move less"
+        ),
+    }
+}
+
 /// A body that is driven into what a constraint holds, or a plug into a body.
 pub(crate) fn driven_into_body(network: &Network, driven: &Driven) -> Occurrence {
     let (constraint, obstacle) =

@@ -342,7 +342,8 @@ impl Driver<'_, '_> {
     }
 
     /// Advances from fraction `a` to fraction `b` of a plan; the part is halved if it does not converge, `cuts` times
-    /// at most. Returns also the fraction whose conditions act now, `b` if it is balanced.
+    /// at most. It fails where an obstacle would pass through a cable in the smallest part. Returns also the fraction
+    /// whose conditions act now, `b` if it is balanced.
     pub(super) fn advance(&mut self, plan: &Plan, a: f64, b: f64, cuts: u32) -> (Grade, f64) {
         self.before.copy_from(&self.state);
         let began = self.problem.conditions().clone();
@@ -350,9 +351,14 @@ impl Driver<'_, '_> {
         let divisible = b - a > SMALLEST_PART;
         let poses = plan.moves_obstacles(self.problem.network).then_some(began.contact.poses.as_slice());
         let collides = poses.is_some() && self.problem.collision_free_fraction(&self.before, &self.state, poses) < 1.0;
-        if collides && divisible {
+        if collides {
             // An obstacle would pass through the cable: in smaller parts it pushes the cable.
-            return self.halve(plan, &began, [a, b], cuts);
+            if divisible {
+                return self.halve(plan, &began, [a, b], cuts);
+            }
+            self.go_back(&began);
+            self.log.raise(events::passes_through(b - a));
+            return (Grade::FAILED, a);
         }
         let lost_twist = self.lost_twist.clone();
         let status = self.solve_from(&began);
