@@ -32,7 +32,8 @@ struct WireloomKind;
 // Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 // arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
 // compliant hubs, springs of their arms. 6: memory of joints. 7: laws of rods. 8: memory of rods, energies, areas.
-#define WIRELOOM_ABI_MINOR 8
+// 9: events of constraints, tensions at their stations.
+#define WIRELOOM_ABI_MINOR 9
 
 // Success.
 #define WIRELOOM_STATUS_OK 0
@@ -380,6 +381,9 @@ typedef struct WireloomSituation {
     const double *memory;
     // Progress of the step, 0 to 1.
     double progress;
+    // Tension of the cable before and behind each station, by its arc length, N, two numbers each; 0 at a joint and
+    // beyond the end of a branch. Known in `report` and `commit` alone, else null. Since ABI 1.9.
+    const double *tensions;
 } WireloomSituation;
 
 // Outputs; null outputs are not requested. With `m` stations, `k` nodes in the span, `r` residuals of the stations and
@@ -423,6 +427,11 @@ typedef struct WireloomOutput {
     int32_t quantity;
     // Zero.
     uint32_t reserved;
+    // Whether it is an event (0 or 1), such as that a clip has opened: it has a value only at the equilibria where it
+    // happens, and the run logs it. Since ABI 1.9.
+    int32_t event;
+    // Zero. Since ABI 1.9.
+    uint32_t reserved_last;
 } WireloomOutput;
 
 // Functions of a constraint kind.
@@ -471,8 +480,8 @@ typedef struct WireloomConstraintKind {
     uint32_t output_stride;
     // The first output.
     const struct WireloomOutput *outputs;
-    // Writes the `values` of all outputs, in their order, at an equilibrium, before `commit`. May be null only if
-    // there are no outputs.
+    // Writes the `values` of all outputs, in their order, at an equilibrium, before `commit`; an event that does not
+    // happen is left NaN. May be null only if there are no outputs.
     int32_t (*report)(const void *instance,
                       const struct WireloomSituation *situation,
                       double *values,

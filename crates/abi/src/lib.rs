@@ -51,7 +51,8 @@ pub const ABI_MAJOR: u32 = 1;
 /// Minor version of this ABI, incremented with every addition. 1: joint models. 2: joints that couple the ends of their
 /// arms, length of an arm. 3: outputs of constraints. 4: quantities of motion and temperature. 5: joints that are
 /// compliant hubs, springs of their arms. 6: memory of joints. 7: laws of rods. 8: memory of rods, energies, areas.
-pub const ABI_MINOR: u32 = 8;
+/// 9: events of constraints, tensions at their stations.
+pub const ABI_MINOR: u32 = 9;
 
 /// Success.
 pub const STATUS_OK: i32 = 0;
@@ -373,8 +374,8 @@ pub struct ConstraintKind {
     pub output_stride: u32,
     /// The first output.
     pub outputs: *const Output,
-    /// Writes the `values` of all outputs, in their order, at an equilibrium, before `commit`. May be null only if
-    /// there are no outputs.
+    /// Writes the `values` of all outputs, in their order, at an equilibrium, before `commit`; an event that does not
+    /// happen is left NaN. May be null only if there are no outputs.
     pub report: Option<
         unsafe extern "C" fn(
             instance: *const c_void,
@@ -401,6 +402,11 @@ pub struct Output {
     pub quantity: i32,
     /// Zero.
     pub reserved: u32,
+    /// Whether it is an event (0 or 1), such as that a clip has opened: it has a value only at the equilibria where it
+    /// happens, and the run logs it. Since ABI 1.9.
+    pub event: i32,
+    /// Zero. Since ABI 1.9.
+    pub reserved_last: u32,
 }
 
 // SAFETY: as for `Kinds`.
@@ -553,6 +559,9 @@ pub struct Situation {
     pub memory: *const f64,
     /// Progress of the step, 0 to 1.
     pub progress: f64,
+    /// Tension of the cable before and behind each station, by its arc length, N, two numbers each; 0 at a joint and
+    /// beyond the end of a branch. Known in `report` and `commit` alone, else null. Since ABI 1.9.
+    pub tensions: *const f64,
 }
 
 /// Outputs; null outputs are not requested. With `m` stations, `k` nodes in the span, `r` residuals of the stations and

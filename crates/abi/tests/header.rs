@@ -173,7 +173,7 @@ fn layout() -> String {
             size, stations_min, stations_max, span, create, destroy, evaluate, target, commit, output_count,
             output_stride, outputs, report,
         }
-        Output { name, doc, quantity, reserved }
+        Output { name, doc, quantity, reserved, event, reserved_last }
         ConstraintSpec {
             size, station_count, station_stride, value_count, name, stations, span, values, tangent_given, up_given,
             hold, free_axis_given, free_axis,
@@ -189,6 +189,7 @@ fn layout() -> String {
         Hold { position, rotation, axis, rails, rail_count, reserved }
         Situation {
             size, station_count, span_count, memory_count, stations, targets, span, span_lengths, memory, progress,
+            tensions,
         }
         Evaluation {
             size, reserved, energy, gradient, span_gradient, hessian, span_hessian, residuals, jacobian,

@@ -94,6 +94,9 @@ pub struct ConstraintView<'a> {
     pub progress: f64,
     /// Memory of the constraint; see [`Constraint::memory`].
     pub memory: &'a [f64],
+    /// Tension of the cable before and behind each station, by its arc length, N; 0 at a joint and beyond the end of a
+    /// branch. Known in [`Constraint::outputs`] and [`Constraint::commit`] alone, else empty.
+    pub tensions: &'a [[f64; 2]],
 }
 
 /// Energy of stations and of nodes of a span, for example of a spring.
@@ -235,8 +238,9 @@ pub trait Constraint: Send + Sync {
     /// Updates the memory in place. Called once at the equilibrium that ends an increment, never for a trial that is
     /// discarded.
     fn commit(&self, _at: &ConstraintView<'_>, _memory: &mut [f64]) {}
-    /// Names and values (SI) of its outputs, all that its kind declares ([`crate::registry::ConstraintKind`]). Called
-    /// at the equilibrium that ends an increment, before [`Self::commit`]; may allocate.
+    /// Names and values (SI) of its outputs: all that its kind declares ([`crate::registry::ConstraintKind`]) but the
+    /// events that do not happen. Called at the equilibrium that ends an increment, before [`Self::commit`]; may
+    /// allocate.
     fn outputs(&self, _at: &ConstraintView<'_>) -> Vec<(String, f64)> {
         Vec::new()
     }

@@ -332,6 +332,13 @@ impl BranchResult {
         self.force[node].dot(&(self.frame[node] * Vector::z()))
     }
 
+    /// Tensions before and behind a node, N; 0 beyond the ends.
+    pub fn tensions_beside(&self, node: usize) -> [f64; 2] {
+        let (along, own) = (self.frame[node] * Vector::z(), self.sides.iter().find(|own| own.node == node));
+        let [before, behind] = own.map_or([self.force[node]; 2], |own| own.force).map(|force| force.dot(&along));
+        [if node > 0 { before } else { 0.0 }, if node + 1 < self.s.len() { behind } else { 0.0 }]
+    }
+
     /// Tensions at all nodes, of both sides where they differ, N.
     pub fn tensions(&self) -> impl Iterator<Item = f64> {
         let along = |node: usize, force: &Vector| force.dot(&(self.frame[node] * Vector::z()));

@@ -46,11 +46,13 @@ pub enum EventKind {
     /// The rotation between neighbouring frames of a branch is so large that its segments do not bend and twist as the
     /// cable does; value and limit are angles, rad.
     CoarseMesh,
+    /// An event of a constraint's kind ([`crate::registry::Output::event`]); value: that of the output, SI.
+    Reported,
 }
 
 impl EventKind {
     /// All kinds, in the order in which they are listed.
-    pub const ALL: [EventKind; 18] = [
+    pub const ALL: [EventKind; 19] = [
         EventKind::NotConverged,
         EventKind::TwistLost,
         EventKind::CoarseMesh,
@@ -64,6 +66,7 @@ impl EventKind {
         EventKind::ConstraintForce,
         EventKind::ConstraintMoment,
         EventKind::InsertionForce,
+        EventKind::Reported,
         EventKind::LeftRing,
         EventKind::SlideStop,
         EventKind::Slip,
@@ -92,6 +95,7 @@ impl EventKind {
             EventKind::Unstable => "unstable",
             EventKind::TwistLost => "twist-lost",
             EventKind::CoarseMesh => "coarse-mesh",
+            EventKind::Reported => "reported",
         }
     }
 
@@ -116,12 +120,16 @@ impl EventKind {
             EventKind::Unstable => "unstable equilibrium",
             EventKind::TwistLost => "twist lost",
             EventKind::CoarseMesh => "mesh too coarse",
+            EventKind::Reported => "reported by a constraint",
         }
     }
 
     /// Whether the event demands a correction, as opposed to information only.
     pub fn is_trouble(self) -> bool {
-        !matches!(self, EventKind::Slip | EventKind::Stick | EventKind::SlideStop | EventKind::CutBack)
+        !matches!(
+            self,
+            EventKind::Slip | EventKind::Stick | EventKind::SlideStop | EventKind::CutBack | EventKind::Reported
+        )
     }
 
     /// SI unit of its values; empty where they have none.
@@ -147,6 +155,15 @@ impl EventKind {
     /// Whether a value is worse than another one: radii and distances should be large, everything else small.
     pub fn worse(self, value: f64, than: f64) -> bool {
         if self.is_better_large() { value < than } else { value > than }
+    }
+
+    /// What events of one kind at one part are about, from the message of one: the name of an event of a constraint's
+    /// kind, with which its message begins.
+    pub fn subject(self, message: &str) -> &str {
+        match (self, message.split_once(':')) {
+            (EventKind::Reported, Some((name, _))) => name,
+            _ => "",
+        }
     }
 
     fn is_better_large(self) -> bool {
@@ -261,12 +278,13 @@ pub struct Group<'a> {
     pub increments: usize,
 }
 
-/// Groups events by kind and part, in the order of [`EventKind::ALL`], and within a kind with the largest excess first.
+/// Groups events by kind, subject and part, in the order of [`EventKind::ALL`], and within a kind with the largest excess first.
 pub fn grouped(events: &[Event]) -> Vec<Group<'_>> {
     let thing = |event: &Event| EventPlace { s: None, other_s: None, ..event.place.clone() };
     let mut groups: Vec<Group> = Vec::new();
     for event in events {
-        let same = |group: &&mut Group| group.first.kind == event.kind && thing(group.first) == thing(event);
+        let about = |event: &Event| (event.kind, event.kind.subject(&event.message).to_owned(), thing(event));
+        let same = |group: &&mut Group| about(group.first) == about(event);
         let Some(group) = groups.iter_mut().find(same) else {
             groups.push(Group { first: event, worst: event, increments: event.increments });
             continue;

@@ -6,6 +6,7 @@ use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
 use crate::mechanism::{Mechanism, Mount};
 use crate::obstacle::{ContactSettings, Obstacle};
+use crate::registry::Output;
 use crate::requirement::{Marker, Requirement, distinct_names};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};
@@ -100,6 +101,8 @@ pub struct ConstraintPlan {
     pub kind: String,
     /// The model.
     pub model: Box<dyn Constraint>,
+    /// Outputs that its kind declares.
+    pub outputs: Vec<Output>,
     /// Its stations.
     pub stations: Vec<Place>,
     /// The nodes of a branch along which it acts.
@@ -260,6 +263,8 @@ pub struct AttachedConstraint {
     pub kind: String,
     /// The model.
     pub model: Box<dyn Constraint>,
+    /// Outputs that its kind declares.
+    pub outputs: Vec<Output>,
     /// Place of its first station, or of the first node of its span.
     pub place: Place,
     /// Site of that place in the state.
@@ -629,6 +634,7 @@ impl Network {
             name: plan.name,
             kind: plan.kind,
             model: plan.model,
+            outputs: plan.outputs,
             position: plan.position,
             tangent: plan.tangent,
             orientation: plan.orientation,

@@ -20,7 +20,8 @@
 //! let (target, mut station) = (Pose::identity(), Pose::identity());
 //! station.position.x = 0.02;
 //! let (stations, targets) = (&[station][..], &[target][..]);
-//! let at = ConstraintView { stations, targets, span: &[], span_lengths: &[], progress: 1.0, memory: &[] };
+//! let (span, span_lengths, memory, tensions) = (&[], &[], &[], &[]);
+//! let at = ConstraintView { stations, targets, span, span_lengths, progress: 1.0, memory, tensions };
 //! let mut slopes = [Vector::zeros(); 2];
 //! Numeric(Spring).gradient(&at, &mut slopes, &mut []);
 //! assert!((slopes[0] - Vector::new(2.0, 0.0, 0.0)).norm() < 1e-9);
@@ -480,6 +481,7 @@ mod tests {
             span_lengths: &[0.1; 2],
             progress: 1.0,
             memory: &[],
+            tensions: &[],
         };
         let derivatives = |pair: Pair| {
             let (mut slopes, mut along) = ([Vector::zeros(); 4], [Vector::zeros(); 2]);

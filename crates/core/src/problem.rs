@@ -6,6 +6,7 @@ use crate::conditions::{
 use crate::constitutive::{ConstitutiveLaws, Derivatives};
 use crate::constraint::Action;
 use crate::equilibrium::{Energy, PartFamily, SlideResult};
+use crate::network::AttachedConstraint;
 use crate::prescribed::{Held, Prescribed};
 use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, lever_hessian};
@@ -392,9 +393,9 @@ impl Problem<'_> {
         }
     }
 
-    /// Names and values (SI) of the outputs of a constraint that acts.
-    pub fn outputs(&self, c: usize, state: &State) -> Vec<(String, f64)> {
-        self.constraints.outputs(self.system(), c, state)
+    /// Names and values (SI) of the outputs of a constraint that acts, with the tensions beside its stations (N).
+    pub fn outputs(&self, c: usize, state: &State, tensions: Vec<[f64; 2]>) -> Vec<(String, f64)> {
+        self.constraints.outputs(self.system(), c, state, tensions)
     }
 
     /// Force (N) and moment about the held point (N m), world axes, of a constraint on the harness at its first
@@ -476,10 +477,10 @@ impl Problem<'_> {
     }
 
     /// Updates friction anchors and the memories of all constraints that act, at the equilibrium that ends an
-    /// increment.
-    pub fn commit(&mut self, state: &State) {
+    /// increment, with the tensions beside the stations of each constraint (N).
+    pub fn commit(&mut self, state: &State, tensions: impl Fn(&AttachedConstraint) -> Vec<[f64; 2]>) {
         self.commit_contacts(state);
-        for (c, memory) in self.constraints.memories(self.system(), state) {
+        for (c, memory) in self.constraints.memories(self.system(), state, tensions) {
             self.conditions.constraints[c].memory = memory;
         }
     }

@@ -59,6 +59,36 @@ pub enum Quantity {
     Area,
 }
 
+impl Quantity {
+    /// SI unit; empty for a pure number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Dimensionless => "",
+            Self::Length => "m",
+            Self::Mass => "kg",
+            Self::LinearDensity => "kg/m",
+            Self::Force => "N",
+            Self::Moment => "N m",
+            Self::ForcePerLength => "N/m",
+            Self::MomentPerAngle => "N m/rad",
+            Self::BendingStiffness => "N m²",
+            Self::Curvature => "1/m",
+            Self::Angle => "rad",
+            Self::Acceleration => "m/s²",
+            Self::Pressure => "Pa",
+            Self::Density => "kg/m³",
+            Self::Velocity => "m/s",
+            Self::Temperature => "K",
+            Self::ThermalExpansion => "1/K",
+            Self::ThermalCurvature => "1/(m K)",
+            Self::AngularSpeed => "rad/s",
+            Self::Time => "s",
+            Self::Energy => "J",
+            Self::Area => "m²",
+        }
+    }
+}
+
 /// Form of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Form {
@@ -155,7 +185,7 @@ impl Parameters {
     }
 }
 
-/// A declared output of a kind of constraint: a quantity of its own that it reports at each equilibrium.
+/// A declared output of a kind of constraint: a quantity of its own that it reports at each equilibrium, or an event.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
     /// Name in results.
@@ -164,6 +194,9 @@ pub struct Output {
     pub doc: String,
     /// Its quantity, in SI units.
     pub quantity: Quantity,
+    /// Whether it is an event, such as that a clip has opened: it has a value only at the equilibria where it happens,
+    /// and the run logs it.
+    pub event: bool,
 }
 
 /// A kind: name, description, parameters and factory.

@@ -491,6 +491,7 @@ fn plan(model: Box<dyn Constraint>, stations: Vec<Place>, span: Option<NodeRange
         name: String::new(),
         kind: String::new(),
         model,
+        outputs: Vec::new(),
         stations,
         span,
         position: None,

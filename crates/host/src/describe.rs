@@ -143,7 +143,7 @@ unsafe fn outputs(functions: &abi::ConstraintKind, which: &str) -> Result<Vec<Ou
         if outputs.iter().any(|other| other.name == name) {
             return Err(Reason::Duplicate { what: format!("output `{name}` of {kind}") });
         }
-        outputs.push(Output { name, doc, quantity });
+        outputs.push(Output { name, doc, quantity, event: declared.event != 0 });
     }
     if !outputs.is_empty() && functions.report.is_none() {
         return Err(Reason::Pointer { what: format!("the function `report` of {which}"), value: "null".into() });
@@ -381,7 +381,14 @@ mod tests {
             outputs: dangling(),
             report: Some(report),
         };
-        let output = abi::Output { name: dangling(), doc: dangling(), quantity: abi::QUANTITY_FORCE, reserved: 0 };
+        let output = abi::Output {
+            name: dangling(),
+            doc: dangling(),
+            quantity: abi::QUANTITY_FORCE,
+            reserved: 0,
+            event: 0,
+            reserved_last: 0,
+        };
         let mut texts = vec![0; TEXTS.size];
         for (line, text) in ["tie\0\0\0\0\0It ties.", "width", "How wide.", "a", "b", "c"].into_iter().enumerate() {
             texts[32 * line..][..text.len()].copy_from_slice(text.as_bytes());

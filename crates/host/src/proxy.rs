@@ -45,10 +45,16 @@ pub fn kind(
     notes: Option<Notes>,
 ) -> ConstraintKind {
     let KindDescription { name, doc, parameters, kind, .. } = described;
-    let names = outputs.iter().map(|output| output.name.clone()).collect();
     let parameters_of = parameters.clone();
-    let factory =
-        Factory { name: name.clone(), kind, functions, owner, parameters: parameters_of, outputs: names, notes };
+    let factory = Factory {
+        name: name.clone(),
+        kind,
+        functions,
+        owner,
+        parameters: parameters_of,
+        outputs: outputs.clone(),
+        notes,
+    };
     ConstraintKind {
         name,
         doc,
@@ -66,8 +72,7 @@ struct Factory {
     functions: abi::ConstraintKind,
     owner: Arc<String>,
     parameters: Vec<wireloom_core::Parameter>,
-    /// Names of the outputs.
-    outputs: Vec<String>,
+    outputs: Vec<Output>,
     notes: Option<Notes>,
 }
 
@@ -214,7 +219,7 @@ struct Proxy {
     hold: Hold,
     memory: Vec<f64>,
     residuals: [Vec<Residual>; 2],
-    outputs: Vec<String>,
+    outputs: Vec<Output>,
 }
 
 // SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
@@ -355,6 +360,7 @@ impl Proxy {
             let span = buffers.add("span", at.span.iter().flat_map(|x| [x.x, x.y, x.z]));
             let span_lengths = buffers.add("span_lengths", at.span_lengths.iter().copied());
             let memory = buffers.add("memory", at.memory.iter().copied());
+            let tensions = buffers.add("tensions", at.tensions.iter().copied().flatten());
             let arrays = arrays(buffers);
             let first = buffers.address();
             // SAFETY: all arrays are in one allocation, which stays as it is during the call.
@@ -371,6 +377,7 @@ impl Proxy {
                 span_lengths: address(span_lengths),
                 memory: address(memory),
                 progress: at.progress,
+                tensions: if at.tensions.is_empty() { null() } else { address(tensions) },
             };
             let addresses = arrays.map(address);
             self.instance.call(function, |own, text| call(own, &situation, addresses, text))
@@ -531,15 +538,19 @@ impl Constraint for Proxy {
                 true
             },
         );
-        let named: Vec<(String, f64)> = self.outputs.iter().cloned().zip(values).collect();
-        if let Some((name, value)) = named.iter().find(|(_, value)| done && !value.is_finite()) {
+        let happens = |(output, value): &(&Output, f64)| !(output.event && value.is_nan());
+        let known: Vec<(&Output, f64)> = self.outputs.iter().zip(values).filter(happens).collect();
+        if let Some((Output { name, .. }, value)) = known.iter().find(|(_, value)| done && !value.is_finite()) {
             self.instance.fail(if value.to_bits() == UNWRITTEN.to_bits() {
                 format!("wrote no value of the output `{name}` in `report`")
             } else {
                 format!("returned {value} as output `{name}`")
             });
         }
-        if self.instance.fault().is_some() { Vec::new() } else { named }
+        if self.instance.fault().is_some() {
+            return Vec::new();
+        }
+        known.into_iter().map(|(output, value)| (output.name.clone(), value)).collect()
     }
 
     fn fault(&self) -> Option<String> {

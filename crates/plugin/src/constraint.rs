@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::ffi::c_void;
 use wireloom_abi as abi;
 use wireloom_core::constraint::{ConstraintView, Equations, Relation, Residual};
-use wireloom_core::registry::ConstraintKind;
+use wireloom_core::registry::{ConstraintKind, Output};
 use wireloom_core::{Action, Constraint, Hold, Matrix, Pose, Potential, RotationHold, Vector};
 
 /// The instance behind a `*mut c_void`.
@@ -20,8 +20,8 @@ struct Instance {
     scales: Vec<f64>,
     /// Number of residuals of the stations, and of each node.
     residuals: [usize; 2],
-    /// Names of the outputs, as the kind declares them.
-    outputs: Vec<String>,
+    /// The outputs that the kind declares.
+    outputs: Vec<Output>,
 }
 
 /// Scratch for poses and blocks of one call.
@@ -60,7 +60,7 @@ pub unsafe extern "C" fn create(
                 inequalities: all().map(|c| i32::from(c.relation == Relation::NotPositive)).collect(),
                 scales: all().map(|c: &Residual| c.scale).collect(),
                 residuals: residuals.each_ref().map(Vec::len),
-                outputs: kind.outputs.iter().map(|output| output.name.clone()).collect(),
+                outputs: kind.outputs.clone(),
                 model: made,
             });
             *description = abi::Description {
@@ -179,10 +179,13 @@ pub unsafe extern "C" fn report(
             let own = &*instance.cast::<Instance>();
             let mut found = vec![];
             with_situation(&*situation, |at, _| found = own.model.outputs(at));
-            for (k, name) in own.outputs.iter().enumerate() {
-                let value = found.iter().find(|(other, _)| other == name);
-                let (_, value) = value.ok_or_else(|| format!("the output `{name}` has no value"))?;
-                values.add(k).write(*value);
+            for (k, Output { name, event, .. }) in own.outputs.iter().enumerate() {
+                match found.iter().find(|(other, _)| other == name) {
+                    Some((_, value)) => values.add(k).write(*value),
+                    // It does not happen.
+                    None if *event => {}
+                    None => return Err(format!("the output `{name}` has no value")),
+                }
             }
             Ok(())
         })
@@ -346,6 +349,7 @@ unsafe fn with_situation(situation: &abi::Situation, call: impl FnOnce(&Constrai
                 span_lengths: slice(situation.span_lengths, nodes),
                 progress: situation.progress,
                 memory: slice(situation.memory, situation.memory_count as usize),
+                tensions: slice(situation.tensions.cast(), if situation.tensions.is_null() { 0 } else { count }),
             }
         };
         call(&at, blocks);

@@ -32,6 +32,8 @@ fn constraint_kind(kind: ConstraintKind) -> abi::Kind {
         doc: text(&output.doc),
         quantity: abi_quantity(output.quantity),
         reserved: 0,
+        event: i32::from(output.event),
+        reserved_last: 0,
     });
     let outputs: &[abi::Output] = outputs.collect::<Vec<_>>().leak();
     let described = described(abi::FAMILY_CONSTRAINT, &kind.name, &kind.doc, &kind.parameters);

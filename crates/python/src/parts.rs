@@ -51,9 +51,9 @@ pub struct Part {
     /// Least and greatest number of stations, and use of a span: `never`, `maybe` or `always`.
     #[pyo3(item(4))]
     attaches: (usize, usize, String),
-    /// Name, description and unit of each output.
+    /// Name, description and unit of each output, and whether it is an event.
     #[pyo3(item(5))]
-    outputs: Vec<(String, String, String)>,
+    outputs: Vec<(String, String, String, bool)>,
     /// Makes an adapter of one part.
     #[pyo3(item(6))]
     make: Py<PyAny>,
@@ -167,8 +167,8 @@ impl Part {
     }
 
     fn declared_outputs(&self) -> Result<Vec<Output>, Failure> {
-        let output = |(name, doc, unit): &(String, String, String)| match quantity_in(unit) {
-            Some(quantity) => Ok(Output { name: name.clone(), doc: doc.clone(), quantity }),
+        let output = |(name, doc, unit, event): &(String, String, String, bool)| match quantity_in(unit) {
+            Some(quantity) => Ok(Output { name: name.clone(), doc: doc.clone(), quantity, event: *event }),
             None => {
                 let help = "give one of the SI, or 1 for a pure number".to_owned();
                 Err(Failure::Request(format!("\"{unit}\" of output {name} is no unit"), help))
@@ -330,7 +330,8 @@ fn quaternion(q: &Rotation) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// Positions and quaternions of stations, those of their targets, nodes of the span, their lengths, and the memory.
+/// Positions and quaternions of stations, those of their targets, nodes of the span, their lengths, the memory, and the
+/// tensions if they are known.
 fn view(at: &ConstraintView<'_>) -> Vec<f64> {
     let of = |poses: &[Pose]| -> Vec<f64> {
         let positions = poses.iter().flat_map(|pose| <[f64; 3]>::from(pose.position));
@@ -338,6 +339,7 @@ fn view(at: &ConstraintView<'_>) -> Vec<f64> {
     };
     let span = at.span.iter().flat_map(|x| <[f64; 3]>::from(*x));
     let rest = span.chain(at.span_lengths.iter().copied()).chain(at.memory.iter().copied());
+    let rest = rest.chain(at.tensions.iter().copied().flatten());
     [of(at.stations), of(at.targets), rest.collect()].concat()
 }
 

@@ -285,6 +285,47 @@ def test_memory_and_outputs_are_kept() -> None:
     assert away > 0.1 and back == away
 
 
+def test_events_happen_where_report_gives_them_and_tension_is_that_of_the_results() -> None:
+    class Fuse(Tether, kind="fuse"):
+        """Remembers the largest tension, and tells where it is above 0.5 N."""
+
+        outputs = {"now": "N", "largest": "N"}
+        events = {"overloaded": ("the cable pulls too much", "N")}
+
+        def memory(self) -> list[float]:
+            return [0.0]
+
+        def energy(self, at: parts.View) -> float:
+            assert at.tension is None
+            return super().energy(at)
+
+        def tension(self, at: parts.View) -> float:
+            assert at.tension is not None and at.tension.shape == (1, 2)
+            return float(at.tension.max())
+
+        def commit(self, at: parts.View) -> list[float]:
+            return [max(float(at.memory[0]), self.tension(at))]
+
+        def report(self, at: parts.View) -> dict[str, float]:
+            now = self.tension(at)
+            values = {"now": now, "largest": float(at.memory[0])}
+            return {**values, "overloaded": now} if now > 0.5 else values
+
+    scenario = pulled("fuse", Fuse)
+    move = lambda z: [{"constraint": "pull", "position": [0.4, 0.0, z]}]  # noqa: E731
+    scenario["steps"] = [
+        {"name": "away", "increments": 2, "move": move(0.6)},
+        {"name": "back", "increments": 2, "move": move(0.0)},
+    ]
+    run = scenario.run()
+    assert run.status == "converged", run.events
+    away, back = (step.constraints["pull"].outputs for step in run.steps)
+    assert away["overloaded"] == away["now"] > 0.5 and "overloaded" not in back
+    assert back["largest"] == away["now"]
+    (event,) = [event for event in run.events if event.kind == "reported"]
+    assert event.message.startswith("overloaded: the cable pulls too much, ") and event.value == away["now"]
+
+
 def test_refusals_name_the_place() -> None:
     class Strict(Tether, kind="strict"):
         """Refuses soft springs."""

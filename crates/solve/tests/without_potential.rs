@@ -119,6 +119,7 @@ fn pinned(model: Box<dyn Constraint>, place: Place) -> ConstraintPlan {
         name: "pin".into(),
         kind: "connector".into(),
         model,
+        outputs: Vec::new(),
         stations: vec![place],
         span: None,
         position: None,

@@ -95,6 +95,7 @@ fn connector(name: &str, branch: usize, node: usize) -> ConstraintPlan {
         name: name.into(),
         kind: kind.name.clone(),
         model: (kind.build)(&spec, &Parameters::default()).expect("a connector holds everything"),
+        outputs: Vec::new(),
         stations: vec![Place::Node { branch, node }],
         span: None,
         position: None,

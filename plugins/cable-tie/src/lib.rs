@@ -31,16 +31,27 @@ pub fn cable_tie() -> ConstraintKind {
                 name: "length".into(),
                 doc: "of the tie between the centre lines, to which it is drawn".into(),
                 quantity: Quantity::Length,
+                event: false,
             },
             Output {
                 name: "gap".into(),
                 doc: "distance between the surfaces of the branches".into(),
                 quantity: Quantity::Length,
+                event: false,
+            },
+            Output {
+                name: "loose".into(),
+                doc: "it is longer than the branches are apart, and holds nothing".into(),
+                quantity: Quantity::Length,
+                event: true,
             },
         ],
         build: Box::new(|spec, parameters| Ok(Box::new(Tie::new(spec, parameters)?))),
     }
 }
+
+/// Length by which a loose tie is longer than the branches are apart, m: far above the tolerance of its equation.
+const LOOSE: f64 = 1e-6;
 
 /// A tie: the distance `d = |x₂ − x₁|` of the centre lines lies between `r₁ + r₂` (the surfaces touch) and
 /// the length L of the tie. L decreases from the distance d₀ at which the tie is added to `D = r₁ + r₂ +
@@ -92,7 +103,9 @@ impl Constraint for Tie {
 
     fn outputs(&self, at: &ConstraintView<'_>) -> Vec<(String, f64)> {
         let (d, _) = distance(at);
-        vec![("length".into(), self.length(at)), ("gap".into(), d - self.touching)]
+        let length = self.length(at);
+        let loose = (length - d > LOOSE).then(|| ("loose".into(), length - d));
+        [("length".into(), length), ("gap".into(), d - self.touching)].into_iter().chain(loose).collect()
     }
 }
 

@@ -53,6 +53,7 @@ pub fn turning_clip() -> ConstraintKind {
             name: "angle".into(),
             doc: "how far the door has turned".into(),
             quantity: Quantity::Angle,
+            event: false,
         }],
         build: Box::new(|spec, parameters| Ok(Box::new(Clip::new(spec, parameters)?))),
     }

@@ -31,6 +31,20 @@ static int32_t evaluate_spring(const void *instance, const WireloomSituation *at
     return WIRELOOM_STATUS_OK;
 }
 
+#if WIRELOOM_ABI_MINOR >= 3
+static int32_t report_spring(const void *instance, const WireloomSituation *at, double *values, WireloomText *message) {
+    (void)message;
+    for (int i = 0; i < 2; i++)
+        values[i] = *(const double *)instance * (at->targets[0].position[i] - at->stations[0].position[i]);
+    return WIRELOOM_STATUS_OK;
+}
+
+static const WireloomOutput pulls[] = {
+    {.name = "x", .doc = "pull along x", .quantity = WIRELOOM_QUANTITY_FORCE},
+    {.name = "y", .doc = "pull along y", .quantity = WIRELOOM_QUANTITY_FORCE},
+};
+#endif
+
 static const WireloomConstraintKind spring = {
     .size = sizeof spring,
     .stations_min = 1,
@@ -38,6 +52,12 @@ static const WireloomConstraintKind spring = {
     .create = create_spring,
     .destroy = destroy,
     .evaluate = evaluate_spring,
+#if WIRELOOM_ABI_MINOR >= 3
+    .output_count = 2,
+    .output_stride = sizeof pulls[0],
+    .outputs = pulls,
+    .report = report_spring,
+#endif
 };
 
 static const WireloomParameter stiffness[] = {

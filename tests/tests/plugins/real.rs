@@ -11,11 +11,56 @@ pub fn trials() -> Vec<Named> {
         named("spring-joint: a cantilever with the joint half way sinks by F L³ / 3 E I + F (L/2)² / k", spring_joint),
         named("softening-bundle: a moment bends it to the arc of its closed form", softening_bundle),
         named("a potential and equations in one, in C: a cone and a spring", potential_and_equations),
+        named("tensions beside a constraint, what it remembers of them, and its events, in C", tensions_and_events),
         named("all of them keep what they promise", all_keep_their_promises),
         named("a plugin in C and one in Rust in one scenario", both_languages),
         named("list shows what is installed, with parameters", list),
         named("a run that was killed goes on to the same bits with its plugins, and not with others", resumed),
     ]
+}
+
+/// A cable of 0.5 m hangs from a clamp and is pulled at its end; a spring of 20 N/m holds it to a place above its
+/// station, at 0.3 m. The spring takes its force off the tension before it.
+fn tensions_and_events() -> Checked {
+    let place = Place::new()?;
+    compile(&root().join("tests/tests/plugins/fuse.c"), &place.path("libfuse.so"), &[])?;
+    let pull = |name: &str, factor: f64| {
+        format!("[[steps]]\nname = \"{name}\"\nincrements = 2\nload = [{{ load = \"hand\", factor = {factor} }}]\n")
+    };
+    let text = [
+        "schema = 1\nname = \"fuse\"\n[plugins]\nload = [\"fuse\"]\n[minimiser]\nforce_tolerance = 1e-9\n",
+        &section("cable"),
+        &branch("cable", ["A", "B"], "cable", 0.5, 50),
+        "[[constraints]]\nname = \"clamp\"\nkind = \"connector\"\nat = { end = \"A\" }\nposition = [0, 0, 0]\n\
+         tangent = [0, 0, -1]\n\
+         [[constraints]]\nname = \"fuse\"\nkind = \"fuse\"\nat = { branch = \"cable\", s = 0.3 }\nstiffness = 20\n\
+         limit = 0.5\nposition = [0, 0, -0.29]\n\
+         [[loads]]\nname = \"hand\"\nat = { end = \"B\" }\nforce = [0, 0, -1]\nfactor = 0\n",
+        &pull("pull", 1.0),
+        &pull("let go", 0.0),
+    ]
+    .concat();
+    fs::write(place.path("s.toml"), text)?;
+    let ended = place.wireloom(&["run", "s.toml", "--allow-plugin", "libfuse.so"])?.expect(0)?;
+    let result = place.json("out/s/result.json")?;
+    for (step, hand) in [(0, 1.0), (1, 0.0)] {
+        let end = &result["steps"][step]["constraints"]["fuse"];
+        let behind = hand + 0.2 * 0.05 * 9.81;
+        near("behind", number(end, "/outputs/behind"), behind, 1e-6)?;
+        near("before", number(end, "/outputs/before"), behind - number(end, "/force/2"), 1e-6)?;
+        ensure((end["outputs"]["overloaded"].as_f64().is_some()) == (step == 0), end)?;
+    }
+    ensure(number(&result["steps"][0]["constraints"]["fuse"], "/force/2") > 0.1, "the spring bears nothing")?;
+    near("largest", number(&result["steps"][1]["constraints"]["fuse"], "/outputs/largest"), 1.0981, 1e-6)?;
+    let events = result["events"].as_array().ok_or("no events")?;
+    let [event] = &events[..] else { return Err(format!("{events:?}").into()) };
+    ensure(event["kind"] == "reported" && event["place"]["constraint"] == "fuse", event)?;
+    ensure(event["message"] == "overloaded: the cable pulls too much, 1.0981 N", event)?;
+    ensure(event["increments"] == 2 && event["first"]["increment"] == 1, event)?;
+    near("value", number(event, "/value"), 1.0981, 1e-6)?;
+    ensure(ended.out.contains("overloaded: the cable pulls too much"), &ended)?;
+    let listed = place.wireloom_with(&["plugin", "list"], Some(place.0.path()))?.expect(0)?;
+    ensure(listed.out.contains("    event overloaded (N): the cable pulls too much"), &listed)
 }
 
 /// Runs the scenario of a plugin with its library.

@@ -23,7 +23,8 @@ pub fn describe(kind: &ConstraintKind, out: &mut dyn Write) -> io::Result<()> {
     describe_parameters(&kind.parameters, out)?;
     kind.outputs.iter().try_for_each(|output| {
         let unit = wireloom::scenario::unit_of(output.quantity);
-        writeln!(out, "    output {} ({unit}): {}", output.name, printable(&output.doc))
+        let what = if output.event { "event" } else { "output" };
+        writeln!(out, "    {what} {} ({unit}): {}", output.name, printable(&output.doc))
     })
 }
 

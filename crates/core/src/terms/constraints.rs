@@ -49,6 +49,7 @@ struct Surroundings {
     targets: Vec<Pose>,
     span: Vec<Vector>,
     span_lengths: Vec<f64>,
+    tensions: Vec<[f64; 2]>,
 }
 
 impl Surroundings {
@@ -80,6 +81,7 @@ impl Surroundings {
             span_lengths: &self.span_lengths,
             progress: own.progress,
             memory: &own.memory,
+            tensions: &self.tensions,
         }
     }
 
@@ -426,11 +428,13 @@ impl ConstraintTerm {
         }
     }
 
-    /// Names and values of the outputs of a constraint that acts ([`crate::Constraint::outputs`]).
-    pub fn outputs(&self, system: System<'_>, c: usize, state: &State) -> Vec<(String, f64)> {
+    /// Names and values of the outputs of a constraint that acts ([`crate::Constraint::outputs`]), with the tensions
+    /// beside its stations.
+    pub fn outputs(&self, system: System<'_>, c: usize, state: &State, tensions: Vec<[f64; 2]>) -> Vec<(String, f64)> {
         let (constraint, own) = (&system.network.constraints[c], &system.conditions.constraints[c]);
         let mut surroundings = Surroundings::default();
         surroundings.fill(constraint, own, &system.conditions.targets[c], state);
+        surroundings.tensions = tensions;
         constraint.model.outputs(&surroundings.view(own))
     }
 
@@ -456,8 +460,13 @@ impl ConstraintTerm {
     }
 
     /// Updated memory of every constraint that acts and has one, by index, at `state`, the equilibrium that ends an
-    /// increment.
-    pub fn memories(&self, system: System<'_>, state: &State) -> Vec<(usize, Vec<f64>)> {
+    /// increment; `tensions` are those beside the stations of a constraint.
+    pub fn memories(
+        &self,
+        system: System<'_>,
+        state: &State,
+        tensions: impl Fn(&AttachedConstraint) -> Vec<[f64; 2]>,
+    ) -> Vec<(usize, Vec<f64>)> {
         let mut surroundings = Surroundings::default();
         let mut memories = Vec::new();
         for (c, constraint) in system.acting() {
@@ -466,6 +475,7 @@ impl ConstraintTerm {
                 continue;
             }
             surroundings.fill(constraint, own, &system.conditions.targets[c], state);
+            surroundings.tensions = tensions(constraint);
             let mut memory = own.memory.clone();
             constraint.model.commit(&surroundings.view(own), &mut memory);
             memories.push((c, memory));

@@ -15,7 +15,7 @@ DeclaredPart: TypeAlias = tuple[
     str,
     list[DeclaredParameter],
     tuple[int, int, str],
-    list[tuple[str, str, str]],
+    list[tuple[str, str, str, bool]],
     Callable[..., object],
     tuple[str, str, str],
     bool,

@@ -194,6 +194,9 @@ class View:
     """Completed fraction of the step in which the constraint began to act; 1 in later steps."""
     memory: Array
     """What it remembers: (k,)."""
+    tension: Array | None = None
+    """Tension of the cable before and behind each station, by its arc length, N: (m, 2); 0 at a joint and beyond the
+    end of a branch. Known in `report` and `commit` alone."""
 
 
 # `inspect.getsource` of a class fails now and then where two threads call it at once
@@ -260,6 +263,9 @@ class Constraint(_Base):
     objective = True
     outputs: Mapping[str, str] = {}
     """Names of outputs, with their SI units; `report` gives their values."""
+    events: Mapping[str, tuple[str, str]] = {}
+    """Names of events, such as that a clip has opened, with a description and the SI unit of a value that `report` gives
+    where they happen."""
     station_places: Sequence[tuple[tuple[str, float] | None, float]]
     """Branch and arc length (m) of each station, `None` at a joint, and the diameter there, m."""
     span_place: tuple[str, tuple[float, float], float] | None
@@ -310,12 +316,13 @@ class Constraint(_Base):
         raise NotImplementedError(f"{type(self).__name__} has a memory and no commit")
 
     def report(self, at: View) -> Mapping[str, float]:
-        """Values of its outputs at an equilibrium, SI."""
-        raise NotImplementedError(f"{type(self).__name__} has outputs and no report")
+        """Values of its outputs at an equilibrium, SI, and of the events that happen there."""
+        raise NotImplementedError(f"{type(self).__name__} has outputs or events and no report")
 
     @classmethod
     def _part(cls) -> DeclaredPart:
-        outputs = [(name, "", unit) for name, unit in cls.outputs.items()]
+        outputs = [(name, "", unit, False) for name, unit in cls.outputs.items()]
+        outputs += [(name, doc, unit, True) for name, (doc, unit) in cls.events.items()]
         parameters = [parameter._declared() for parameter in cls._parameters().values()]
         attaches = (*cls._stations, cls._span)
         has_gradient = cls.gradient is not Constraint.gradient
@@ -474,11 +481,12 @@ class _ConstraintAdapter:
         self.objective = part.objective
         self.memory = [float(x) for x in part.memory()]
 
-    def _view(self, numbers: bytes, progress: float) -> View:
+    def _view(self, numbers: bytes, progress: float, *, ends: bool = False) -> View:
+        """With `ends`, at the equilibrium that ends an increment: there are tensions."""
         flat, m, k = np.frombuffer(numbers), self._stations, len(self.memory)
-        n = (len(flat) - 14 * m - k) // 4
-        cuts = np.cumsum([3 * m, 4 * m, 3 * m, 4 * m, 3 * n, n])
-        x, q, target_x, target_q, span, lengths, memory = np.split(flat, cuts)
+        n = (len(flat) - (16 if ends else 14) * m - k) // 4
+        cuts = np.cumsum([3 * m, 4 * m, 3 * m, 4 * m, 3 * n, n, k])
+        x, q, target_x, target_q, span, lengths, memory, tension = np.split(flat, cuts)
         return View(
             position=x.reshape(m, 3),
             orientation=q.reshape(m, 4),
@@ -488,6 +496,7 @@ class _ConstraintAdapter:
             span_lengths=lengths,
             progress=progress,
             memory=memory,
+            tension=tension.reshape(m, 2) if ends else None,
         )
 
     def energy(self, numbers: bytes, progress: float) -> float:
@@ -505,14 +514,16 @@ class _ConstraintAdapter:
         return (float(self._part.energy(at)), b"".join(slope.tobytes() for slope in slopes))
 
     def commit(self, numbers: bytes, progress: float) -> list[float]:
-        at = self._view(numbers, progress)
+        at = self._view(numbers, progress, ends=True)
         return [float(x) for x in self._part.commit(at)] if self.memory else []
 
     def report(self, numbers: bytes, progress: float) -> list[tuple[str, float]]:
-        values = self._part.report(self._view(numbers, progress))
-        if set(values) != set(self._part.outputs):
-            raise ValueError(f"report gave {sorted(values)}, expected {sorted(self._part.outputs)}")
-        return [(name, float(values[name])) for name in self._part.outputs]
+        values = self._part.report(self._view(numbers, progress, ends=True))
+        outputs, events = set(self._part.outputs), set(self._part.events)
+        if set(values) - events != outputs:
+            also = f", and of events {sorted(events)}" if events else ""
+            raise ValueError(f"report gave {sorted(values)}, expected {sorted(outputs)}{also}")
+        return [(name, float(value)) for name, value in values.items()]
 
 
 class _JointAdapter:

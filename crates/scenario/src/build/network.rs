@@ -263,6 +263,7 @@ impl Scenario {
                 name: constraint.name.clone(),
                 kind: constraint.called.clone(),
                 model: built,
+                outputs: registry.constraint(&constraint.kind).map_or_else(Vec::new, |kind| kind.outputs.clone()),
                 stations: constraint.at.iter().map(|&at| layout.place(at)).collect(),
                 span: constraint.span.as_ref().map(|span| layout.span(span)),
                 position: constraint.position,

@@ -155,6 +155,7 @@ fn rows(constraint: &dyn Constraint, pose: &Pose) -> Vec<Vector6<f64>> {
                 span_lengths: &[],
                 progress: 0.0,
                 memory: &memory,
+                tensions: &[],
             };
             potential.hessian(&at, &mut table, &mut []);
             let axes = stiff(&table[3]).into_iter().map(|axis| pose.orientation * axis).collect();
@@ -198,6 +199,7 @@ fn rows_of_several(
         span_lengths: &lengths,
         progress: 0.0,
         memory: &memory,
+        tensions: &[],
     };
     let (m, n) = (stations.len(), span.len());
     // Motion of stations and nodes with (t, ω), lengths in units of `size`: δx = size (t + ω × r), θ = Rᵀ ω.

@@ -48,9 +48,9 @@ pub(crate) struct Words {
 /// kilometres: axial stiffness scales with the second power of the size, bending stiffness with the fourth, and the
 /// gravity that bends them alike with the inverse.
 pub(crate) fn words(quantity: Quantity) -> Words {
-    let of = |name, unit, example, [smallest, largest]: [f64; 2], dimension| Words {
+    let of = |name, example, [smallest, largest]: [f64; 2], dimension| Words {
         name,
-        unit,
+        unit: quantity.unit(),
         example,
         smallest,
         largest,
@@ -58,45 +58,43 @@ pub(crate) fn words(quantity: Quantity) -> Words {
         alternative: None,
     };
     match quantity {
-        Quantity::Dimensionless => of("a pure number", "", "0.5", [1e-15, 1e12], dimension(0, 0, 0, 0)),
-        Quantity::Length => of("a length", "m", "\"600 mm\"", [1e-10, 4e7], dimension(1, 0, 0, 0)),
-        Quantity::Mass => of("a mass", "kg", "\"30 g\"", [1e-24, 1e12], dimension(0, 1, 0, 0)),
-        Quantity::LinearDensity => of("a mass per length", "kg/m", "\"120 g/m\"", [1e-24, 1e7], dimension(-1, 1, 0, 0)),
-        Quantity::Force => of("a force", "N", "\"2 kN\"", [1e-20, 1e15], dimension(1, 1, -2, 0)),
-        Quantity::Moment => of("a moment", "N m", "\"5 N mm\"", [1e-30, 1e18], dimension(2, 1, -2, 0)),
-        Quantity::ForcePerLength => {
-            of("a force per length", "N/m", "\"0.5 N/mm\"", [1e-20, 1e18], dimension(0, 1, -2, 0))
-        }
+        Quantity::Dimensionless => of("a pure number", "0.5", [1e-15, 1e12], dimension(0, 0, 0, 0)),
+        Quantity::Length => of("a length", "\"600 mm\"", [1e-10, 4e7], dimension(1, 0, 0, 0)),
+        Quantity::Mass => of("a mass", "\"30 g\"", [1e-24, 1e12], dimension(0, 1, 0, 0)),
+        Quantity::LinearDensity => of("a mass per length", "\"120 g/m\"", [1e-24, 1e7], dimension(-1, 1, 0, 0)),
+        Quantity::Force => of("a force", "\"2 kN\"", [1e-20, 1e15], dimension(1, 1, -2, 0)),
+        Quantity::Moment => of("a moment", "\"5 N mm\"", [1e-30, 1e18], dimension(2, 1, -2, 0)),
+        Quantity::ForcePerLength => of("a force per length", "\"0.5 N/mm\"", [1e-20, 1e18], dimension(0, 1, -2, 0)),
         Quantity::MomentPerAngle => Words {
             alternative: Some(dimension(2, 1, -2, 0)),
-            ..of("a moment per angle", "N m/rad", "\"5 N mm/deg\"", [1e-30, 1e18], dimension(2, 1, -2, -1))
+            ..of("a moment per angle", "\"5 N mm/deg\"", [1e-30, 1e18], dimension(2, 1, -2, -1))
         },
         Quantity::BendingStiffness => {
-            of("a bending stiffness", "N m²", "\"12000 N mm^2\"", [1e-30, 1e18], dimension(3, 1, -2, 0))
+            of("a bending stiffness", "\"12000 N mm^2\"", [1e-30, 1e18], dimension(3, 1, -2, 0))
         }
         Quantity::Curvature => Words {
             alternative: Some(dimension(-1, 0, 0, 1)),
-            ..of("a curvature", "1/m", "\"30 deg/m\"", [1e-10, 1e10], dimension(-1, 0, 0, 0))
+            ..of("a curvature", "\"30 deg/m\"", [1e-10, 1e10], dimension(-1, 0, 0, 0))
         },
-        Quantity::Angle => of("an angle", "rad", "\"30 deg\"", [1e-12, 1e4], dimension(0, 0, 0, 1)),
-        Quantity::Acceleration => of("an acceleration", "m/s²", "\"9.81 m/s^2\"", [1e-12, 1e9], dimension(1, 0, -2, 0)),
-        Quantity::Pressure => of("a pressure", "Pa", "\"50 MPa\"", [1e-3, 1e15], dimension(-1, 1, -2, 0)),
-        Quantity::Density => of("a density", "kg/m³", "\"1.35 g/cm3\"", [1e-6, 1e6], dimension(-3, 1, 0, 0)),
-        Quantity::Velocity => of("a velocity", "m/s", "\"20 m/s\"", [1e-9, 1e5], dimension(1, 0, -1, 0)),
+        Quantity::Angle => of("an angle", "\"30 deg\"", [1e-12, 1e4], dimension(0, 0, 0, 1)),
+        Quantity::Acceleration => of("an acceleration", "\"9.81 m/s^2\"", [1e-12, 1e9], dimension(1, 0, -2, 0)),
+        Quantity::Pressure => of("a pressure", "\"50 MPa\"", [1e-3, 1e15], dimension(-1, 1, -2, 0)),
+        Quantity::Density => of("a density", "\"1.35 g/cm3\"", [1e-6, 1e6], dimension(-3, 1, 0, 0)),
+        Quantity::Velocity => of("a velocity", "\"20 m/s\"", [1e-9, 1e5], dimension(1, 0, -1, 0)),
         Quantity::Temperature => {
-            of("a temperature difference", "K", "\"95 K\"", [1e-9, 1e5], with_kelvin(1, dimension(0, 0, 0, 0)))
+            of("a temperature difference", "\"95 K\"", [1e-9, 1e5], with_kelvin(1, dimension(0, 0, 0, 0)))
         }
         Quantity::ThermalExpansion => {
-            of("a thermal expansion", "1/K", "\"17e-6 1/K\"", [1e-12, 1.0], with_kelvin(-1, dimension(0, 0, 0, 0)))
+            of("a thermal expansion", "\"17e-6 1/K\"", [1e-12, 1.0], with_kelvin(-1, dimension(0, 0, 0, 0)))
         }
         Quantity::ThermalCurvature => Words {
             alternative: Some(with_kelvin(-1, dimension(-1, 0, 0, 1))),
-            ..of("a thermal curvature", "1/(m K)", "0.01", [1e-12, 1e6], with_kelvin(-1, dimension(-1, 0, 0, 0)))
+            ..of("a thermal curvature", "0.01", [1e-12, 1e6], with_kelvin(-1, dimension(-1, 0, 0, 0)))
         },
-        Quantity::AngularSpeed => of("an angular speed", "rad/s", "\"3000 rpm\"", [1e-9, 1e6], dimension(0, 0, -1, 1)),
-        Quantity::Time => of("a time", "s", "\"2 h\"", [1e-9, 1e12], dimension(0, 0, 1, 0)),
-        Quantity::Energy => of("an energy", "J", "\"20 mJ\"", [1e-30, 1e18], dimension(2, 1, -2, 0)),
-        Quantity::Area => of("an area", "m²", "\"40 mm^2\"", [1e-20, 1e15], dimension(2, 0, 0, 0)),
+        Quantity::AngularSpeed => of("an angular speed", "\"3000 rpm\"", [1e-9, 1e6], dimension(0, 0, -1, 1)),
+        Quantity::Time => of("a time", "\"2 h\"", [1e-9, 1e12], dimension(0, 0, 1, 0)),
+        Quantity::Energy => of("an energy", "\"20 mJ\"", [1e-30, 1e18], dimension(2, 1, -2, 0)),
+        Quantity::Area => of("an area", "\"40 mm^2\"", [1e-20, 1e15], dimension(2, 0, 0, 0)),
     }
 }
 

@@ -321,6 +321,18 @@ pub(crate) fn constraints(log: &mut EventLog, problem: &Problem<'_>, results: &[
                 });
             }
         }
+        for declared in constraint.outputs.iter().filter(|output| output.event) {
+            let Some((name, value)) = result.outputs.iter().find(|(name, _)| *name == declared.name) else { continue };
+            log.raise(Occurrence {
+                kind: EventKind::Reported,
+                place: EventPlace::constraint(&constraint.name),
+                value: Some(*value),
+                limit: None,
+                message: format!("{name}: {}, {value:.4} {}", declared.doc, declared.quantity.unit())
+                    .trim_end()
+                    .to_owned(),
+            });
+        }
     }
 }
 

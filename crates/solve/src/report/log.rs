@@ -36,7 +36,7 @@ pub struct EventLog {
     pub(crate) sheet: Sheet,
     /// Requirements that are not kept at the end of the present increment.
     violations: Vec<Violation>,
-    /// By kind and part of the harness: the last event of that kind there, and the increment of its last occurrence.
+    /// By kind, and by part of the harness with the subject: the last event of that kind there, and the increment of its last occurrence.
     latest: BTreeMap<(EventKind, String), (usize, usize)>,
 }
 
@@ -73,7 +73,7 @@ impl EventLog {
 
     /// Adds an occurrence to the event that it continues, or begins an event.
     pub fn raise(&mut self, occurrence: Occurrence) {
-        let part = part(&occurrence.place);
+        let part = part(&occurrence.place) + occurrence.kind.subject(&occurrence.message);
         let (now, count) = (&self.now, self.count);
         let entry = self.latest.entry((occurrence.kind, part)).or_insert((self.events.len(), count));
         if entry.1 + 1 < count {

@@ -379,8 +379,22 @@ pub fn mechanisms(problem: &Problem<'_>) -> Vec<MechanismResult> {
     problem.network.mechanisms.iter().zip(&problem.conditions().mechanisms).map(result).collect()
 }
 
-/// Results of all active constraints: pose and reactions on the harness.
-pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> Vec<ConstraintResult> {
+/// Tensions beside the stations of a constraint, N ([`wireloom_core::constraint::ConstraintView::tensions`]).
+pub fn tensions(constraint: &AttachedConstraint, branches: &[BranchResult]) -> Vec<[f64; 2]> {
+    let beside = |place: &Place| match *place {
+        Place::Node { branch, node } => branches[branch].tensions_beside(node),
+        Place::Joint(_) => [0.0; 2],
+    };
+    constraint.places.iter().map(beside).collect()
+}
+
+/// Results of all active constraints: pose and reactions on the harness; `branches` are the results of all branches.
+pub fn constraints(
+    problem: &Problem<'_>,
+    state: &State,
+    gradient: &Tangent,
+    branches: &[BranchResult],
+) -> Vec<ConstraintResult> {
     let active = problem.network.constraints.iter().enumerate().filter(|(f, _)| problem.conditions().active[*f]);
     active
         .map(|(f, constraint)| {
@@ -406,7 +420,7 @@ pub fn constraints(problem: &Problem<'_>, state: &State, gradient: &Tangent) -> 
                     .iter()
                     .position(|site| site.constraint == f)
                     .map(|slide| problem.slide_result(slide, state, gradient)),
-                outputs: problem.outputs(f, state),
+                outputs: problem.outputs(f, state, tensions(constraint, branches)),
             }
         })
         .collect()

@@ -116,7 +116,7 @@ impl Driver<'_, '_> {
         events::log_increment(&mut self.log, &mut self.problem, &self.state, &end, measured, (&self.stop, all));
         end.violations = self.log.violations().to_vec();
         if is_balanced(status) {
-            self.problem.commit(&self.state);
+            self.problem.commit(&self.state, |constraint| result::tensions(constraint, &end.branches));
         }
         self.fault = self.problem.fault(false);
         self.part_fault(step, increment).map_or(Ok(end), |fault| Err(Interruption::Fault(fault)))

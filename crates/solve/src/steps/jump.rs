@@ -119,7 +119,8 @@ impl Driver<'_, '_> {
             } else {
                 from = middle;
                 trial.problem.commit_rods_and_joints(&trial.state);
-                trial.problem.commit(&trial.state);
+                let branches = trial.results_of_branches();
+                trial.problem.commit(&trial.state, |constraint| result::tensions(constraint, &branches));
                 lower = trial.snapshot((0, 0), None, 0.0);
             }
         }

@@ -129,7 +129,7 @@ impl Driver<'_, '_> {
             let inspect = self.problem.has_potential();
             let inspection = inspect.then(|| self.certifier.inspect(&mut self.problem, &self.state));
             let branches = self.branch_results(inspection, &touching);
-            let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient);
+            let constraints = result::constraints(&self.problem, &self.state, &self.certifier.gradient, &branches);
             let operations = self.operations.clone();
             let cables = Cables::new(self.problem.network, &branches);
             let spans = Spans::new(&self.problem, &self.state);
@@ -181,7 +181,7 @@ pub(super) fn equilibrium(
         increments: 0,
         status: Status::Stalled,
         joints: (0..network.joints.len()).map(|j| result::joint(problem, j, state, touching)).collect(),
-        constraints: result::constraints(problem, state, gradient),
+        constraints: result::constraints(problem, state, gradient, &branches),
         obstacles: result::obstacles(problem, state),
         mechanisms: result::mechanisms(problem),
         markers: result::markers(network, &branches),

@@ -121,6 +121,7 @@ pub(crate) fn plan(model: Box<dyn Constraint>, stations: Vec<Place>, span: Optio
         name: String::new(),
         kind: String::new(),
         model,
+        outputs: Vec::new(),
         stations,
         span,
         position: None,

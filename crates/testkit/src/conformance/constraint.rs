@@ -69,6 +69,7 @@ struct Scene {
     span_lengths: Vec<f64>,
     progress: f64,
     memory: Vec<f64>,
+    tensions: Vec<[f64; 2]>,
 }
 
 impl Scene {
@@ -80,7 +81,13 @@ impl Scene {
             span_lengths: &self.span_lengths,
             progress: self.progress,
             memory: &self.memory,
+            tensions: &[],
         }
+    }
+
+    /// At the equilibrium that ends an increment.
+    fn at_end(&self) -> ConstraintView<'_> {
+        ConstraintView { tensions: &self.tensions, ..self.at() }
     }
 
     /// Number of degrees of freedom.
@@ -127,6 +134,7 @@ fn scenes(subject: &Subject<'_>, constraint: &dyn Constraint) -> Vec<Scene> {
                 span_lengths: (0..subject.nodes).map(|_| 0.01 + 0.01 * rng.f64()).collect(),
                 progress: rng.f64(),
                 memory: constraint.memory(),
+                tensions: (0..subject.stations).map(|_| [uniform(&mut rng), uniform(&mut rng)]).collect(),
             };
             for _ in 0..subject.stations {
                 let target = Pose { position: random_vector(&mut rng, 1.0), orientation: random_rotation(&mut rng) };
@@ -149,7 +157,7 @@ fn scenes_with_memories(subject: &Subject<'_>, constraint: &dyn Constraint) -> V
     }
     for k in 0..all.len() {
         let scene = Scene { memory: memory.clone(), ..all[k].clone() };
-        constraint.commit(&scene.at(), &mut memory);
+        constraint.commit(&scene.at_end(), &mut memory);
         all.push(scene);
     }
     all
@@ -421,7 +429,7 @@ pub fn same_input_gives_same_bits(subject: &Subject<'_>) {
         }
         let target = scene.targets.first().map(|base| constraint.target(base, scene.progress));
         let mut memory = scene.memory.clone();
-        constraint.commit(&scene.at(), &mut memory);
+        constraint.commit(&scene.at_end(), &mut memory);
         let of_target = target.iter().flat_map(|t| t.position.iter().chain(t.orientation.coords.iter()).copied());
         numbers.iter().copied().chain(of_target).chain(memory.iter().copied()).map(f64::to_bits).collect()
     };
@@ -440,7 +448,7 @@ pub fn what_is_remembered_keeps_its_length_and_is_finite(subject: &Subject<'_>) 
     assert_eq!(memory.len(), subject.make().memory().len(), "length of what two of them remember");
     for mut scene in scenes(subject, constraint.as_ref()).into_iter().take(5) {
         scene.memory.clone_from(&memory);
-        constraint.commit(&scene.at(), &mut memory);
+        constraint.commit(&scene.at_end(), &mut memory);
         assert!(memory.iter().all(|x| x.is_finite()), "{memory:?}");
     }
 }

@@ -185,6 +185,7 @@ impl Sketch {
             name: format!("clamp of branch {branch}"),
             kind: "connector".into(),
             model: (connector.build)(&ConstraintSpec::default(), &none).expect("a connector"),
+            outputs: Vec::new(),
             stations: vec![Place::Node { branch, node: if at_start { 0 } else { self.branches[branch].segments } }],
             span: None,
             position: None,

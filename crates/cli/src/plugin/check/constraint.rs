@@ -107,9 +107,11 @@ fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) 
         span_lengths: &lengths,
         progress: 0.5,
         memory: &memory,
+        tensions: &[],
     };
     let mut remembered = memory.clone();
-    constraint.commit(&at, &mut remembered);
+    let tensions = vec![[1.0, 2.0]; stations];
+    constraint.commit(&ConstraintView { tensions: &tensions, ..at }, &mut remembered);
     let mut numbers = remembered;
     let second = |numbers: &mut Vec<f64>, fill: &dyn Fn(&mut [Matrix], &mut [Matrix])| {
         let mut blocks = vec![Matrix::zeros(); 4 * stations * stations];
