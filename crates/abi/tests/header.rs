@@ -100,6 +100,7 @@ fn generated() -> String {
         .with_config(config)
         .with_src(here().join("src/lib.rs"))
         .with_src(here().join("src/draft.rs"))
+        .with_src(here().join("src/rod.rs"))
         .generate()
         .expect("C can say all of it")
         .write(&mut text);
@@ -221,8 +222,9 @@ fn layout() -> String {
 
 /// Fields of a struct as the source lists them.
 fn fields_of(name: &str) -> Vec<&'static str> {
-    let source: &'static str = include_str!("../src/lib.rs");
-    let body = source.split(&format!("pub struct {name} {{\n")).nth(1).expect("a struct of this name");
+    let sources: [&'static str; 2] = [include_str!("../src/lib.rs"), include_str!("../src/rod.rs")];
+    let begin = format!("pub struct {name} {{\n");
+    let body = sources.iter().find_map(|source| source.split(&begin).nth(1)).expect("a struct of this name");
     let body = body.split("\n}").next().expect("its end");
     body.lines().filter_map(|line| line.strip_prefix("    pub ")?.split(':').next()).collect()
 }

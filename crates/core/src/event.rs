@@ -278,7 +278,8 @@ pub struct Group<'a> {
     pub increments: usize,
 }
 
-/// Groups events by kind, subject and part, in the order of [`EventKind::ALL`], and within a kind with the largest excess first.
+/// Groups events by kind, subject and part, in the order of [`EventKind::ALL`], and within a kind with the largest
+/// excess first.
 pub fn grouped(events: &[Event]) -> Vec<Group<'_>> {
     let thing = |event: &Event| EventPlace { s: None, other_s: None, ..event.place.clone() };
     let mut groups: Vec<Group> = Vec::new();

@@ -36,6 +36,7 @@ pub mod numeric;
 pub mod obstacle;
 pub mod prescribed;
 pub mod problem;
+mod quantity;
 pub mod registry;
 pub mod requirement;
 pub mod rod;

@@ -6,7 +6,7 @@ use crate::joint::{Arm, Continuation, JointModel, Mounting};
 use crate::load::LoadAction;
 use crate::mechanism::{Mechanism, Mount};
 use crate::obstacle::{ContactSettings, Obstacle};
-use crate::registry::Output;
+use crate::quantity::Output;
 use crate::requirement::{Marker, Requirement, distinct_names};
 use crate::rod::RodSegment;
 use crate::{Pose, Rotation, Section, Vector};

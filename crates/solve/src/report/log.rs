@@ -36,7 +36,8 @@ pub struct EventLog {
     pub(crate) sheet: Sheet,
     /// Requirements that are not kept at the end of the present increment.
     violations: Vec<Violation>,
-    /// By kind, and by part of the harness with the subject: the last event of that kind there, and the increment of its last occurrence.
+    /// By kind, and by part of the harness with the subject: the last event of that kind there, and the increment of
+    /// its last occurrence.
     latest: BTreeMap<(EventKind, String), (usize, usize)>,
 }
 

@@ -158,8 +158,8 @@ impl Inspector {
         self.at == state.points
     }
 
-    /// `−H⁻¹ g` at `state`, inspected last, for other gradients g of the points and frames; what slides stays at its arc
-    /// length. Under loads without a potential H is the tangent of the residual.
+    /// `−H⁻¹ g` at `state`, inspected last, for other gradients g of the points and frames; what slides stays at its
+    /// arc length. Under loads without a potential H is the tangent of the residual.
     ///
     /// At a neutral equilibrium they are without neutral motions, which nothing determines. With A + ε D instead of H
     /// these have a share of 1/ε, so `2 (A + 2 ε D)⁻¹ − (A + ε D)⁻¹` has none, and 1/λ of other eigenvalues λ of D⁻¹ A.

@@ -111,8 +111,10 @@ fn evaluate(constraint: &dyn Constraint, stations: usize, nodes: usize, x: f64) 
     };
     let mut remembered = memory.clone();
     let tensions = vec![[1.0, 2.0]; stations];
-    constraint.commit(&ConstraintView { tensions: &tensions, ..at }, &mut remembered);
-    let mut numbers = remembered;
+    let at_end = ConstraintView { tensions: &tensions, ..at };
+    let outputs = constraint.outputs(&at_end);
+    constraint.commit(&at_end, &mut remembered);
+    let mut numbers: Vec<f64> = remembered.into_iter().chain(outputs.into_iter().map(|(_, value)| value)).collect();
     let second = |numbers: &mut Vec<f64>, fill: &dyn Fn(&mut [Matrix], &mut [Matrix])| {
         let mut blocks = vec![Matrix::zeros(); 4 * stations * stations];
         let mut of_span = vec![Matrix::zeros(); nodes];
