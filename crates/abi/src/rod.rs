@@ -15,7 +15,7 @@ use core::ffi::{c_char, c_void};
 /// Their second derivatives at 0 should be near the stiffnesses that the section states. The law of bending and twist
 /// may remember, all 0 at first: V is then the energy of an increment for the memory at its start, stored at its end or
 /// dissipated on the way; `commit` alone changes it, after convergence (since ABI 1.8). Threads: as for
-/// [`ConstraintKind`]. Since ABI 1.7.
+/// `ConstraintKind`. Since ABI 1.7.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct RodKind {
