@@ -817,3 +817,39 @@ fn a_contact_force_has_an_error_that_goes_by_the_mesh() {
     let (coarse, fine) = (error(10), error(80));
     assert!((0.2..0.35).contains(&coarse) && (0.025..0.03).contains(&fine), "{coarse}, {fine}");
 }
+
+/// Plugs push a cable without weight together: it bends out to any side, so that it may touch the ball or not. Its bend
+/// radius is the same on all sides. Weight determines where it is, and so it does of a cable between two hands, which
+/// only rolls about its own centre line.
+#[test]
+fn a_clearance_of_a_cable_that_bends_out_to_any_side_is_not_resolved() {
+    let verdicts = |gravity: &str, plugs: &[String; 2]| {
+        let text = [
+            "schema = 1\nname = \"any side\"\n",
+            gravity,
+            &section("cable"),
+            &branch("c", ["A", "B"], "cable", 0.5, 40),
+            &plugs.concat(),
+            &sphere(0.02, [0.2, 0.3, 0.3], 0.05),
+            "[[requirements]]\nname = \"bend\"\nquantity = \"bend_radius\"\nof = { branch = \"c\" }\nmin = 0.02\n\
+             [[steps]]\nname = \"hold\"\n",
+        ];
+        let run = run(&text.concat());
+        assert_eq!(run.status(), Status::Converged);
+        let clearance = run.requirements.iter().find(|own| own.measure == Measure::Clearance).expect("a clearance");
+        (run.steps[0].stable, clearance.verdict, clearance.reason.clone(), line(&run, "bend").verdict)
+    };
+    let plugs = [connector("A", "A", [0.0; 3]), connector("B", "B", [0.4, 0.0, 0.0])];
+    let (stable, clearance, reason, bend) = verdicts("gravity = [0, 0, 0]\n", &plugs);
+    assert_eq!((stable, clearance, bend), (None, Verdict::Unresolved, Verdict::Pass), "{reason:?}");
+    assert!(reason.is_some_and(|reason| reason.starts_with("nothing determines where the harness is in step `hold`")));
+    let (stable, clearance, reason, _) = verdicts("", &plugs);
+    assert_eq!((stable, clearance), (Some(true), Verdict::Pass), "{reason:?}");
+    let hand = |end: &str, x: f64| {
+        format!(
+            "[[constraints]]\nname = \"{end}\"\nkind = \"handle\"\nat = {{ end = \"{end}\" }}\nposition = [{x}, 0, 0]\n"
+        )
+    };
+    let (stable, clearance, reason, _) = verdicts("", &[hand("A", 0.0), hand("B", 0.4)]);
+    assert_eq!((stable, clearance), (None, Verdict::Pass), "{reason:?}");
+}

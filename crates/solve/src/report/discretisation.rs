@@ -22,7 +22,8 @@
 //!
 //! ```text
 //! D = Σ_c λ⁵ f ∓ Σ_i ℓ⁴ b               what couplings leave in their cells and at stations: see `cells`
-//!     + Σ_j n · a                       a: what the stencils at stations leave, and a change of ℓ along the branch
+//!     + Σ_j n · a                       a: what the stencils at stations leave, ± (ℓ²/24) ε′ x′ there of a changing
+//!                                       stretch ε, and what a change of ℓ along the branch leaves
 //!     − Σ_i ((ℓ²/24) at i − that of the segments) ρ g · Δx′
 //!     + Σ_j (ℓ³/24) ρ x′ᵀ ∂²V x′        centrifugal potential V
 //!     + Σ_j ((f − 1) ℓ³/24) (κ′ᵀ C κ′ − Qᵀ C⊥⁻¹ Q)   frames aligned with their edges (`kirchhoff`), Q across them

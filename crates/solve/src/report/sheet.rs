@@ -57,6 +57,8 @@ pub(crate) enum Here {
     End,
     /// At its end, and not stable.
     UnstableEnd,
+    /// At its end, and nothing determines where the harness is: it moves without a force.
+    WanderingEnd,
 }
 
 /// The worst value so far.
@@ -108,6 +110,8 @@ struct Line {
     doubted: Option<Worst>,
     /// The first increment in which it was checked on an equilibrium that is not stable.
     unstable: Option<Moment>,
+    /// The first one in which it is about a place that nothing determines.
+    wandering: Option<Moment>,
     /// Value and limit in the last two increments of the present step.
     recent: [Option<(f64, f64)>; 2],
 }
@@ -203,6 +207,10 @@ impl Line {
         if here == Here::UnstableEnd && !found.is_empty() {
             self.unstable.get_or_insert_with(|| now.clone());
         }
+        let of_place = matches!(requirement.measure, Measure::Clearance | Measure::Deviation);
+        if here == Here::WanderingEnd && of_place && !found.is_empty() {
+            self.wandering.get_or_insert_with(|| now.clone());
+        }
         let mut worst_here: Option<Worst> = None;
         for found in found {
             for (bound, limit) in found.limits(requirement) {
@@ -230,6 +238,11 @@ impl Line {
         } else if let Some(moment) = &self.unstable {
             let Moment { step, increment, .. } = moment;
             let why = format!("the equilibrium of step `{step}`, increment {increment}, is not stable");
+            (Verdict::Unresolved, Some(why))
+        } else if let Some(Moment { step, increment, .. }) = &self.wandering {
+            let why = format!(
+                "nothing determines where the harness is in step `{step}`, increment {increment}: it moves without a force"
+            );
             (Verdict::Unresolved, Some(why))
         } else if let Some(doubted) = doubted {
             (Verdict::Unresolved, Some(doubted.reaches_over(self.worst.as_ref())))

@@ -151,6 +151,12 @@ impl Certifier {
         discretisation::estimate(problem, state, &samples, Some(response))
     }
 
+    /// Whether the equilibrium at `state`, whose errors were estimated last, can move without a force; see
+    /// [`Inspector::wanders`].
+    pub fn wanders(&self, state: &State) -> bool {
+        self.inspector.as_ref().is_some_and(|inspector| inspector.is_at(state) && inspector.wanders())
+    }
+
     /// Status of a state after inspection; `graded` is its status by the forces. In contact the inspection does not
     /// bound the error of the shape, as contact and friction would end the next step early.
     pub fn grade_shape(graded: Grade, inspection: &Inspection) -> Grade {

@@ -16,7 +16,7 @@ use crate::linear::border::{Border, Inertia};
 use crate::linear::without_potential::WithoutPotential;
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::scales::nan_max;
-use wireloom_core::{State, Tangent, Vector};
+use wireloom_core::{Network, State, Tangent, Vector};
 
 /// τ: some rounding errors in every entry of the Hessian and of its factor.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
@@ -24,6 +24,9 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 const LEVERS: f64 = 4.0;
 /// ε of [`Inspector::responses`]: far above τ, far below what other motions than neutral ones have.
 const NEUTRAL_SHIFT: f64 = 1e-10;
+/// Least move of a point in a neutral motion whose largest turn is 1 rad, relative to the length of its branch, that is
+/// not what softer motions leave in it.
+const WANDERS: f64 = 1e-3;
 /// Share of the work along neutral motions that is the error of a gradient of a motion that changes no energy.
 const NEUTRAL_WORK: f64 = 0.05;
 
@@ -92,6 +95,8 @@ pub struct Inspector {
     residual_forces: Vec<f64>,
     /// Whether a motion from the state inspected last changes the energy by round-off only.
     is_neutral: bool,
+    /// Whether such a motion moves points; known after [`Self::responses`].
+    wanders: bool,
 }
 
 impl Inspector {
@@ -109,6 +114,7 @@ impl Inspector {
             weights: Vec::new(),
             residual_forces: vec![0.0; network.branches.len()],
             is_neutral: false,
+            wanders: false,
         }
     }
 
@@ -133,6 +139,7 @@ impl Inspector {
             Stability::Unstable
         };
         self.is_neutral = stability == Stability::Neutral && !is_uncertain;
+        self.wanders = false;
         self.border.step(&mut self.system, problem, state, gradient, None, &mut self.step);
         let has_potential = problem.has_potential();
         if !has_potential {
@@ -173,13 +180,21 @@ impl Inspector {
         if !self.is_neutral {
             return gradients.each_ref().map(|gradient| self.response(problem, state, gradient));
         }
-        let [once, mut responses] = [1.0, 2.0].map(|factor| {
+        let any = any_forces(problem.network);
+        let [(once, any_once), (mut responses, mut neutral)] = [1.0, 2.0].map(|factor| {
             self.factorise(problem, state, factor * NEUTRAL_SHIFT, 0.0);
             if !problem.has_potential() {
                 self.without.prepare(&mut self.system, &self.border, problem, state);
             }
-            gradients.each_ref().map(|gradient| self.response(problem, state, gradient))
+            let responses = gradients.each_ref().map(|gradient| self.response(problem, state, gradient));
+            (responses, self.response(problem, state, &any))
         });
+        neutral.add_scaled(-1.0, &any_once);
+        let turn = largest(&neutral.frames);
+        let branches = problem.network.branches.iter().zip(problem.local_scales());
+        self.wanders = branches
+            .into_iter()
+            .any(|(branch, scale)| largest(&neutral.points[branch.points.clone()]) > WANDERS * turn * scale.length);
         for ((response, once), gradient) in responses.iter_mut().zip(once).zip(gradients) {
             // Minus half the neutral part.
             let mut neutral = response.clone();
@@ -191,6 +206,12 @@ impl Inspector {
             }
         }
         responses
+    }
+
+    /// Whether the equilibrium inspected last can move without a force, so that nothing determines where it is: not
+    /// whether a cable only rolls about its own centre line. Known after [`Self::responses`].
+    pub fn wanders(&self) -> bool {
+        self.wanders
     }
 
     /// `−H⁻¹ g` with the Hessian factorised last, of `state`.
@@ -304,6 +325,15 @@ impl Inspector {
             }
         }
     }
+}
+
+/// Forces (N) and moments (N m) that do work along any motion that is not made for them.
+fn any_forces(network: &Network) -> Tangent {
+    let mut any = Tangent::zeros(network);
+    for (k, force) in any.points.iter_mut().chain(&mut any.frames).enumerate() {
+        *force = Vector::from_fn(|axis, _| (1.0 + (3 * k + axis) as f64).cos());
+    }
+    any
 }
 
 /// Sum of the sizes of the work of a gradient at each point and frame, J.

@@ -78,7 +78,11 @@ impl Driver<'_, '_> {
     pub(super) fn check_at_end(&mut self, end: &StepResult, (cables, spans): (&Cables<'_>, &Spans), ends_step: bool) {
         if is_balanced(end.status) {
             let results = (&end.branches[..], &end.constraints[..], &end.operations[..]);
-            let here = if end.stable == Some(false) { Here::UnstableEnd } else { Here::End };
+            let here = match end.stable {
+                Some(false) => Here::UnstableEnd,
+                None if self.certifier.wanders(&self.state) => Here::WanderingEnd,
+                _ => Here::End,
+            };
             self.check(results, (cables, spans), (here, ends_step), |_| true);
         }
     }

@@ -37,7 +37,8 @@ impl Samples<'_> {
 
     /// a of a segment, m, with the offset `−ℓ Γ` of an alignment, whose part of D is `−½ ℓ n · Γ`.
     pub(super) fn edge_offset(&self, j: usize) -> Vector {
-        let offset: Vector = self.offset_factors(j).map(|(of, end, factor)| self.bends[of][end] * factor).sum();
+        let bends: Vector = self.offset_factors(j).map(|(of, end, factor)| self.bends[of][end] * factor).sum();
+        let offset = bends + self.stretch_offset(j);
         if self.alignment == 0.0 {
             return offset;
         }
@@ -45,6 +46,39 @@ impl Samples<'_> {
         let n = frame.inverse() * self.forces[j];
         let by_stiffness = Vector::new(n.x / self.stiffness.y, n.y / self.stiffness.x, 0.0);
         offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
+    }
+
+    /// Part of a of a segment by the part of x″ along the cable, m: that of a change of stretch, `(ℓ²/24) ε′ x′` at its
+    /// end less that at its start. In a scheme of fourth order nodes are moved by it, but for stations.
+    fn stretch_offset(&self, j: usize) -> Vector {
+        let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
+        let along = self.shape.edge(j);
+        let at = |end: usize| {
+            let node = j + end;
+            let is_station = node == 0 || node == l.len() || mesh.station_frame(node).is_some();
+            if self.fine[j] && !is_station { 0.0 } else { self.stretch_rate(j, end, is_station) }
+        };
+        along.normalize() * ((at(1) - at(0)) * l[j] * l[j] / 24.0)
+    }
+
+    /// ε′ at the start (0) or end (1) of a segment, 1/m: by the segments on both sides, at a station or an end of the
+    /// branch by those of its side.
+    fn stretch_rate(&self, j: usize, end: usize, is_station: bool) -> f64 {
+        let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
+        let stretch = |j: usize| self.shape.edge(j).norm() / l[j];
+        // At the node between a segment and the next one.
+        let between = |j: usize| {
+            let is_inner = j + 1 < l.len() && mesh.station_frame(j + 1).is_none();
+            is_inner.then(|| (stretch(j + 1) - stretch(j)) * 2.0 / (l[j] + l[j + 1]))
+        };
+        let near = |steps: usize| match (end, is_station) {
+            (0, true) => between(j + steps),
+            (0, false) => between(j - 1),
+            (_, true) => j.checked_sub(1 + steps).and_then(between),
+            (_, false) => between(j),
+        };
+        let Some(first) = near(0) else { return 0.0 };
+        if is_station { near(1).map_or(first, |second| 2.0 * first - second) } else { first }
     }
 
     /// Factors on x″ in a of a segment, m², that are not 0, with the segments and their ends (0 or 1) where it is
