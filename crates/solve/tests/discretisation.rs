@@ -310,8 +310,8 @@ fn what_is_left_of_the_forces_is_covered() {
     assert!(largest > 1e-9, "nothing was left: {largest:e} m");
 }
 
-/// A cord that stiffens hangs by its weight: 2e-4 of the error of its position was stated, as only bends moved nodes off
-/// the centre line.
+/// A cord that stiffens hangs by its weight: 2e-4 of the error of its position was stated, as if only bends moved nodes
+/// off the centre line.
 #[test]
 fn a_changing_stretch_is_covered() {
     let [.., position] = compare(&scenario("analytic/axial_curve.toml"), 40);

@@ -241,7 +241,8 @@ impl Line {
             (Verdict::Unresolved, Some(why))
         } else if let Some(Moment { step, increment, .. }) = &self.wandering {
             let why = format!(
-                "nothing determines where the harness is in step `{step}`, increment {increment}: it moves without a force"
+                "nothing determines where the harness is in step `{step}`, increment {increment}: it moves without a \
+                 force"
             );
             (Verdict::Unresolved, Some(why))
         } else if let Some(doubted) = doubted {
