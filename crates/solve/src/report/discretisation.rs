@@ -43,10 +43,10 @@
 //!
 //! Under loads without a potential H is the tangent of the residual. At a neutral equilibrium δ is without neutral
 //! motions, such as a cable that rolls about its own centre line. Where H is not available (the state is no
-//! equilibrium, or cables slide under such loads), the estimate is local: the last contribution,
-//! times `LOCAL_SAFETY`, integrated along the branch for positions. Where cables touch something H has the contacts
-//! that act, and where they slide the arc length at the constraint is fixed; with another mesh both would differ a
-//! little, so the estimate is doubled there, that of positions tripled where they slide.
+//! equilibrium, or cables slide under such loads), the estimate is local: the last contribution, times `LOCAL_SAFETY`,
+//! integrated along the branch for positions. Where cables touch something H has the contacts that act, and where they
+//! slide the arc length at the constraint is fixed; with another mesh both would differ a little, so the estimate is
+//! doubled there, that of positions tripled where they slide.
 
 mod cells;
 mod functional;

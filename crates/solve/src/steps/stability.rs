@@ -24,9 +24,9 @@ const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 const LEVERS: f64 = 4.0;
 /// ε of [`Inspector::responses`]: far above τ, far below what other motions than neutral ones have.
 const NEUTRAL_SHIFT: f64 = 1e-10;
-/// Least move of a point in a neutral motion whose largest turn is 1 rad, relative to the length of its branch, that is
-/// not what softer motions leave in it.
-const WANDERS: f64 = 1e-3;
+/// Least change of a response from ε to 2 ε, relative to it, where it is that of a neutral motion; of that alone it is
+/// one half.
+const NEUTRAL_CHANGE: f64 = 0.25;
 /// Share of the work along neutral motions that is the error of a gradient of a motion that changes no energy.
 const NEUTRAL_WORK: f64 = 0.05;
 
@@ -190,11 +190,10 @@ impl Inspector {
             (responses, self.response(problem, state, &any))
         });
         neutral.add_scaled(-1.0, &any_once);
-        let turn = largest(&neutral.frames);
-        let branches = problem.network.branches.iter().zip(problem.local_scales());
-        self.wanders = branches
-            .into_iter()
-            .any(|(branch, scale)| largest(&neutral.points[branch.points.clone()]) > WANDERS * turn * scale.length);
+        self.wanders = problem.network.branches.iter().any(|branch| {
+            let [change, whole] = [&neutral, &any_once].map(|own| largest(&own.points[branch.points.clone()]));
+            change > NEUTRAL_CHANGE * whole
+        });
         for ((response, once), gradient) in responses.iter_mut().zip(once).zip(gradients) {
             // Minus half the neutral part.
             let mut neutral = response.clone();
