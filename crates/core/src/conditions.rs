@@ -204,9 +204,16 @@ pub struct ContactPoint {
     pub segment: usize,
     /// Position on the segment as a fraction of its length: 0 at its first node, 1 at its second.
     pub fraction: f64,
+    /// Index of the obstacle whose nearest place it follows; it touches nothing else.
+    pub follows: Option<u32>,
 }
 
 impl ContactPoint {
+    /// One that stays in the material.
+    pub fn new(branch: usize, segment: usize, fraction: f64) -> Self {
+        Self { branch, segment, fraction, follows: None }
+    }
+
     /// Position at `state`, m.
     pub fn position(&self, network: &Network, state: &State) -> Vector {
         let i = network.branches[self.branch].points.start + self.segment;
@@ -320,6 +327,9 @@ pub struct ContactState {
     pub records: Vec<ContactRecord>,
     /// Sorted by contact point and branch.
     pub overlaps: Vec<Overlap>,
+    /// x″ of the centre line at each point, 1/m, by which it is beside its chords where it touches obstacles; empty
+    /// before the first update.
+    pub bends: Vec<Vector>,
 }
 
 impl ContactState {

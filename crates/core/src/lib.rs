@@ -16,6 +16,7 @@
 
 use serde::{Deserialize, Serialize};
 
+pub mod arc;
 mod build_error;
 pub mod conditions;
 pub mod constitutive;

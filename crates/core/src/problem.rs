@@ -640,13 +640,26 @@ impl Problem<'_> {
         self.conditions.contact.records = records;
     }
 
+    /// Takes x″ of the centre line, where it touches obstacles, from `state`.
+    pub fn update_bends(&mut self, state: &State) {
+        if self.network.obstacles.is_empty() {
+            return;
+        }
+        let system = System { network: self.network, conditions: &self.conditions };
+        self.conditions.contact.bends = ContactTerm::bends(system, state);
+    }
+
     /// Adds contact points where the penetration at `state` between two of them exceeds the tolerance. Returns whether
     /// any were added.
     pub fn refine_contact_points(&mut self, state: &State) -> bool {
         let system = System { network: self.network, conditions: &self.conditions };
         let deeper = self.contact.deeper_places(system, state);
-        if deeper.is_empty() {
+        let followed = self.contact.followed(system, state);
+        if deeper.is_empty() && followed.is_none() {
             return false;
+        }
+        if let Some(followed) = followed {
+            self.conditions.contact.extra = followed;
         }
         self.conditions.contact.extra.extend(deeper);
         self.contact.set_extra(&self.conditions.contact.extra);
@@ -694,6 +707,7 @@ impl Problem<'_> {
             self.contact.search_pairs_again();
         }
         self.conditions.contact.overlaps.clone_from(&other.contact.overlaps);
+        self.conditions.contact.bends.clone_from(&other.contact.bends);
         if self.conditions.contact.extra != other.contact.extra {
             self.conditions.contact.extra.clone_from(&other.contact.extra);
             self.contact.set_extra(&other.contact.extra);

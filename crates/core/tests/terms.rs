@@ -9,7 +9,7 @@
 
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
-use wireloom_core::conditions::{Conditions, ContactRecord, Sliding, System};
+use wireloom_core::conditions::{Conditions, ContactPoint, ContactRecord, Sliding, System};
 use wireloom_core::constraint::Limits;
 use wireloom_core::equilibrium::Energy;
 use wireloom_core::load::LoadAction;
@@ -18,7 +18,7 @@ use wireloom_core::registry::MinimiserKind;
 use wireloom_core::rod::BranchHessian;
 use wireloom_core::rotation::{frame_from, skew, turned};
 use wireloom_core::terms::constraints::ConstraintTerm;
-use wireloom_core::terms::contact::ContactTerm;
+use wireloom_core::terms::contact::{Contact, ContactTerm};
 use wireloom_core::terms::friction::FrictionTerm;
 use wireloom_core::terms::gravity;
 use wireloom_core::terms::joints::JointTerm;
@@ -608,6 +608,24 @@ fn contact() {
             term.update_held(system);
             check(&format!("{name}, multipliers: {multipliers}"), &network, &state, &mut Contacts(system, term));
         }
+        if cables {
+            continue;
+        }
+        // Contact places that follow along bent segments, but for those at the end of their range.
+        let mut problem = Problem::new(&network, conditions.clone());
+        problem.update_bends(&state);
+        conditions.contact.bends.clone_from(&problem.conditions().contact.bends);
+        let points = problem.contact().points().to_vec();
+        let touching = conditions.contact.records.iter().map(|record| points[record.point as usize]);
+        conditions.contact.extra =
+            touching.map(|point| ContactPoint { fraction: 0.45, follows: Some(0), ..point }).collect();
+        conditions.contact.records.clear();
+        let system = System { network: &network, conditions: &conditions };
+        let mut term = ContactTerm::new(&network, &conditions);
+        term.energy(system, &state);
+        let follow = |c: &&Contact| c.fraction != 0.45 && c.point as usize >= term.own_points() && c.force > 0.0;
+        assert!(term.found().iter().filter(follow).count() > 2, "{:?}", term.found());
+        check(&format!("{name}, followed"), &network, &state, &mut Contacts(system, term));
     }
 }
 

@@ -93,7 +93,7 @@ impl Anchoring<'_> {
                 let fraction = bond.map_or(0.0, |bond| bond.fraction);
                 let network = self.system.network;
                 Pose {
-                    position: ContactPoint { branch, segment, fraction }.position(network, self.state),
+                    position: ContactPoint::new(branch, segment, fraction).position(network, self.state),
                     orientation: self.state.frames[network.branches[branch].segment_frame(segment)],
                 }
             }
@@ -234,7 +234,7 @@ impl FrictionTerm {
     ) -> f64 {
         let energy = self.energy(contact, system, state);
         for friction in &self.forces {
-            for (point, weight) in contact.support(system, friction.point) {
+            for (point, weight) in contact.support(system, friction.point, contact.point(friction.point).fraction) {
                 gradient.points[point] -= friction.force * weight;
             }
             let Some(Between { points, frames: [own, other], levers: [a, b] }) = &friction.cables else { continue };
@@ -265,7 +265,7 @@ impl FrictionTerm {
     ) {
         self.energy(contact, system, state);
         for friction in &self.forces {
-            let own_points = contact.support(system, friction.point);
+            let own_points = contact.support(system, friction.point, contact.point(friction.point).fraction);
             let Some(Between { points, frames: [own, other], levers: [a, b] }) = &friction.cables else {
                 let places = own_points.map(|(point, u)| (point, u, 0.0));
                 contact.add_blocks(system, state, &places, |u, v, _, _| friction.stiffness * (u * v), blocks);

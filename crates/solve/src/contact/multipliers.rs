@@ -117,4 +117,5 @@ pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut C
     }
     records.sort_by_key(|record| (record.point, record.partner));
     problem.set_contact_records(records);
+    problem.update_bends(state);
 }

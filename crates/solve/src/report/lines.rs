@@ -3,6 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
+use wireloom_core::arc::{self, Arc};
 use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::{Pose, Vector};
 
@@ -193,13 +194,16 @@ impl Line {
     }
 
     /// Place nearest to a body at `pose`. The distance changes along a segment by at most its length, so most segments
-    /// are skipped; on the others it is assumed to have a single minimum.
+    /// are skipped; on the others it is assumed to have a single minimum. As in contact (`core::terms::contact`) a
+    /// segment is its chord or the arc between its nodes, whichever is farther from the body.
     pub fn nearest_to(&self, pose: &Pose, distance: impl Fn(&Vector, f64) -> f64) -> Place {
         let into = pose.inverse();
         let local = |x: &Vector| into.position + into.orientation * x;
         let (x, s) = (&self.x, &self.s);
         let mut best = Place { distance: f64::INFINITY, s: s[0], at: x[0] };
         let mut before = f64::INFINITY;
+        let lengths: Vec<f64> = s.windows(2).map(|ends| ends[1] - ends[0]).collect();
+        let bends = arc::bends(x, &lengths);
         for i in 0..x.len() {
             let length = if i > 0 { (x[i] - x[i - 1]).norm() } else { 0.0 };
             let reach = best.distance + length;
@@ -208,18 +212,22 @@ impl Line {
                 best = Place { distance: here, s: s[i], at: x[i] };
             }
             if i > 0 && before.min(reach) + here.min(reach) - length < 2.0 * best.distance {
-                let at = |fraction: f64| x[i - 1] + (x[i] - x[i - 1]) * fraction;
+                let arc = Arc::new(x[i - 1], x[i], lengths[i - 1], [bends[i - 1], bends[i]]);
+                let of = |x: Vector| (distance(&local(&x), reach), x);
+                let farther = |fraction: f64| {
+                    let [chord, arc] = [of(arc.chord().at(fraction)), of(arc.at(fraction))];
+                    if arc.0 > chord.0 { arc } else { chord }
+                };
                 let (mut low, mut high) = (0.0, 1.0);
                 for _ in 0..THIRDS {
                     let third = (high - low) / 3.0;
                     let [a, b] = [low + third, high - third];
-                    let [of_a, of_b] = [a, b].map(|fraction| distance(&local(&at(fraction)), reach));
-                    if of_a <= of_b { high = b } else { low = a }
+                    if farther(a).0 <= farther(b).0 { high = b } else { low = a }
                 }
                 let fraction = 0.5 * (low + high);
-                let least = distance(&local(&at(fraction)), reach);
+                let (least, at) = farther(fraction);
                 if least < best.distance {
-                    best = Place { distance: least, s: s[i - 1] + (s[i] - s[i - 1]) * fraction, at: at(fraction) };
+                    best = Place { distance: least, s: s[i - 1] + lengths[i - 1] * fraction, at };
                 }
             }
             before = here;

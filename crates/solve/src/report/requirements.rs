@@ -15,9 +15,11 @@ use std::ops::RangeInclusive;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
-use wireloom_core::terms::contact::{Against, BETWEEN};
+use wireloom_core::terms::contact::Against;
 use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
 
+/// Distance, in radii, within which surfaces that press on each other are in touch.
+const IN_TOUCH: f64 = 0.025;
 /// Ratio of the length of a span to the distance of its ends up to which it is nearly straight.
 const STRAIGHT: f64 = 1.02;
 /// Factor on Euler's load that no nearly straight span reaches after it has buckled; also room for short, stiff spans,
@@ -427,7 +429,7 @@ impl<'a> Equilibrium<'a> {
                 let obstacle = Some(obstacle.name.clone());
                 let radius = 0.5 * self.branches[part.branch].diameter;
                 let touches =
-                    self.contact_force(part.branch, Against::Obstacle(o)) > 0.0 && distance.abs() <= BETWEEN * radius;
+                    self.contact_force(part.branch, Against::Obstacle(o)) > 0.0 && distance.abs() <= IN_TOUCH * radius;
                 let error = (!touches).then(|| self.line_error(part.branch, s));
                 let place = EventPlace { obstacle, ..EventPlace::branch(name, s) };
                 Some(Found { error, ..at(if touches { in_touch(distance, radius) } else { distance }, place) })
@@ -445,7 +447,7 @@ impl<'a> Equilibrium<'a> {
                 let radii = 0.5 * own.map(|(b, _)| self.branches[b].diameter).iter().sum::<f64>();
                 let touches = (self.contact_force(part.branch, Against::Branch(branch)) > 0.0
                     || self.contact_force(branch, Against::Branch(part.branch)) > 0.0)
-                    && pair.distance.abs() <= BETWEEN * radii;
+                    && pair.distance.abs() <= IN_TOUCH * radii;
                 let error = (!touches).then(|| own.map(|(b, s)| self.line_error(b, s)).iter().sum());
                 let distance = if touches { in_touch(pair.distance, radii) } else { pair.distance };
                 Some(Found { error, ..at(distance, place) })
@@ -553,7 +555,7 @@ fn contact_errors(network: &Network, branches: &[BranchResult], spans: &Spans, t
 /// The distance of surfaces that touch, for a cable of this radius (both of them, between cables), m: that they lie in
 /// each other as far as contact allows is no overlap.
 fn in_touch(distance: f64, radius: f64) -> f64 {
-    if (-BETWEEN * radius..0.0).contains(&distance) { 0.0 } else { distance }
+    if (-IN_TOUCH * radius..0.0).contains(&distance) { 0.0 } else { distance }
 }
 
 fn at(value: f64, place: EventPlace) -> Found {

@@ -1,6 +1,7 @@
 //! Broad phase: obstacles near each contact point, searched again only after it has moved far enough.
 
 use super::distance_cache::CachedDistance;
+use super::follow::arc_of;
 use super::term::{ContactTerm, SPACING};
 use crate::conditions::System;
 use crate::{State, Vector};
@@ -41,7 +42,7 @@ impl ContactTerm {
         let mut changed = false;
         for i in 0..self.points.len() {
             let point = self.points[i];
-            let x = point.position(network, state);
+            let x = arc_of(system, state, &point).at(point.fraction);
             if !self.has_gone_far(i, &x) {
                 continue;
             }
@@ -52,6 +53,9 @@ impl ContactTerm {
             cached.clear();
             let mut safe = f64::INFINITY;
             for (o, obstacle) in network.obstacles.iter().enumerate() {
+                if point.follows.is_some_and(|followed| followed as usize != o) {
+                    continue;
+                }
                 let own = system.conditions.contact.poses[o].local(&x);
                 let distance = obstacle.shape.distance(&own, reach).min(reach);
                 if distance < (1.0 + MARGIN) * radius {

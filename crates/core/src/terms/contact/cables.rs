@@ -10,7 +10,7 @@
 use super::continuous::{self, meeting};
 use super::evaluate::inequality;
 use super::pairs::{Cables, Pair, nearest_on};
-use super::term::{APPROACHING, Contact, ContactTerm, DEPTH, Touched, Turning};
+use super::term::{APPROACHING, Contact, ContactTerm, DEPTH, Sliding, Touched};
 use crate::conditions::{ContactPoint, ContactRecord, Overlap, Partner, System};
 use crate::network::{APART, Branch, BranchEnd, next_id};
 use crate::rotation::orthogonal;
@@ -91,7 +91,7 @@ impl ContactTerm {
         let mut found: Vec<(u32, u32, f64)> = Vec::new();
         // Segments around a cell: those of the last contact point are mostly those of the next one, too.
         let (mut around, mut inside) = (None, Vec::new());
-        for (index, point) in self.points.iter().enumerate() {
+        for (index, point) in self.points.iter().enumerate().filter(|(_, point)| point.follows.is_none()) {
             let x = point.position(network, state);
             let radius = 0.5 * network.branches[point.branch].section.diameter;
             let s = arcs[point.branch][point.segment];
@@ -316,16 +316,19 @@ impl ContactTerm {
                 // Coincident centre lines: any orthogonal direction is a normal.
                 let normal = if distance > 0.0 { (x - place) / distance } else { orthogonal(&(to - from).normalize()) };
                 let mut across = Matrix::identity() - normal * normal.transpose();
-                let turning = (fraction > 0.0 && fraction < 1.0).then(|| {
+                let sliding = (fraction > 0.0 && fraction < 1.0).then(|| {
                     let length = (to - from).norm();
                     let direction = (to - from) / length;
                     across -= direction * direction.transpose();
-                    Turning { direction, length, distance }
+                    Sliding { by_motion: direction / length, by_turn: distance / (length * length) }
                 });
                 let contact = Contact {
                     point: pair.point,
+                    fraction: point.fraction,
                     partner,
-                    other: Some(Touched { first: start + j, fraction, turning }),
+                    other: Some(Touched { first: start + j, fraction }),
+                    on_edge: false,
+                    sliding,
                     position: x,
                     gap,
                     radius,

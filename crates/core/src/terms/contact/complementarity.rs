@@ -39,7 +39,7 @@ impl ContactTerm {
         }
         self.energy(system, state);
         let mut worst = 0.0_f64;
-        self.for_violations(system, |value, _, _, _| worst = worst.max(value));
+        self.for_violations(system, state, |value, _, _, _| worst = worst.max(value));
         Some(worst)
     }
 
@@ -50,7 +50,7 @@ impl ContactTerm {
         }
         self.energy(system, state);
         let mut worst: Option<(f64, u32, Partner, Lack)> = None;
-        self.for_violations(system, |value, point, partner, lack| {
+        self.for_violations(system, state, |value, point, partner, lack| {
             if value > worst.map_or(1.0, |worst| worst.0) {
                 worst = Some((value, point, partner, lack));
             }
@@ -64,13 +64,19 @@ impl ContactTerm {
 
     /// Calls `visit` with the violation of every contact and record at the last evaluated state, in units of the
     /// tolerance.
-    fn for_violations(&self, system: System<'_>, mut visit: impl FnMut(f64, u32, Partner, Lack)) {
+    fn for_violations(&self, system: System<'_>, state: &State, mut visit: impl FnMut(f64, u32, Partner, Lack)) {
+        let at_bodies = self.found.iter().any(|contact| contact.partner.obstacle().is_some());
+        let bends = if at_bodies { Self::bends(system, state) } else { Vec::new() };
         let records = &system.conditions.contact.records;
         let found = &self.found;
         let largest = found.iter().map(|c| c.force).fold(0.0, f64::max);
         for contact in found {
             let (point, partner, gap) = (contact.point, contact.partner, contact.gap);
             visit(gap.abs() / (DEPTH * contact.radius), point, partner, Lack::Depth(-gap));
+            if partner.obstacle().is_some() {
+                let stale = Self::stale(system, contact, self.point(point), &bends);
+                visit(stale / (DEPTH * contact.radius), point, partner, Lack::Depth(stale));
+            }
             if system.friction_coefficient(partner) > 0.0 {
                 let anchor = system
                     .conditions

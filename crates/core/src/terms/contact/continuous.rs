@@ -88,7 +88,7 @@ impl ContactTerm {
         if network.obstacles.is_empty() {
             return free;
         }
-        for (i, point) in self.points.iter().enumerate() {
+        for (i, point) in self.points.iter().enumerate().filter(|(_, point)| point.follows.is_none()) {
             let (a, b) = (point.position(network, from), point.position(network, to));
             let (at, reach) = &self.searched[i];
             let first = network.branches[point.branch].points.start + point.segment;

@@ -1,6 +1,6 @@
 //! Energy of contact, and its first and second derivatives.
 
-use super::term::{APPROACHING, Contact, ContactTerm, HeldDepth, RUN_OUT, Touched, Turning};
+use super::term::{APPROACHING, Contact, ContactTerm, HeldDepth, RUN_OUT, Sliding, Touched};
 use crate::conditions::{ContactPoint, ContactRecord, Partner, System};
 use crate::constraint::Action;
 use crate::network::Place;
@@ -48,36 +48,44 @@ impl ContactTerm {
         let of_record = |r: &ContactRecord| -0.5 * r.multiplier * r.multiplier / self.penalty(r);
         let mut energy: f64 = contact.records.iter().map(of_record).sum();
         for &index in &self.near {
-            let point = &self.points[index as usize];
-            let position = point.position(system.network, state);
             let records = contact.records_of(index);
-            let first = self.penalties[point.branch];
+            let first = self.penalties[self.points[index as usize].branch];
             for cached in &mut cached[index as usize] {
                 let o = cached.obstacle;
                 let (obstacle, pose) = (&system.network.obstacles[o as usize], &contact.poses[o as usize]);
-                let radius = self.touch_radius(system, state, point, o);
+                let place = self.contact_place(system, state, index, cached);
+                let (fraction, position) = (place.fraction, place.position);
+                let point = ContactPoint { fraction, ..self.points[index as usize] };
+                let radius = self.touch_radius(system, state, &point, o);
+                let length = system.network.branches[point.branch].rod.mesh().rest_lengths[point.segment];
+                let on_edge = place.profile.is_some_and(|profile| profile.is_edge(length, radius));
                 let records = || records.iter().filter(|record| record.partner.obstacle() == Some(o));
                 let pull = records().map(|record| record.multiplier / (first * record.penalty)).fold(0.0, f64::max);
-                for touch in
-                    cached.touches(&*obstacle.shape, &pose.local(&position), (1.0 + APPROACHING) * radius + pull)
-                {
+                let reach = (1.0 + APPROACHING) * radius + pull;
+                for touch in cached.touches(&*obstacle.shape, &pose.local(&position), reach) {
                     let partner = Partner::Obstacle { obstacle: o, part: touch.part };
                     let record = records().find(|record| record.partner == partner);
                     let rho = first * record.map_or(1.0, |record| record.penalty);
                     let lambda = record.map_or(0.0, |record| record.multiplier);
-                    let gap = touch.distance - radius;
+                    let gap = touch.distance + place.held - radius;
                     let (e, force) = inequality(gap, lambda, rho);
                     energy += e + 0.5 * lambda * lambda / rho;
                     let r = pose.orientation.to_rotation_matrix();
+                    let normal = r * touch.normal;
+                    let mut curvature = r.matrix() * touch.curvature * r.matrix().transpose();
+                    let sliding = place.sliding(&normal, &mut curvature);
                     let contact = Contact {
                         point: index,
+                        fraction,
                         partner,
                         other: None,
+                        on_edge,
+                        sliding,
                         position,
                         gap,
                         radius,
-                        normal: r * touch.normal,
-                        curvature: r.matrix() * touch.curvature * r.matrix().transpose(),
+                        normal,
+                        curvature,
                         force: lambda - rho * gap,
                         penalty: rho,
                     };
@@ -97,12 +105,12 @@ impl ContactTerm {
     pub fn gradient(&mut self, system: System<'_>, state: &State, gradient: &mut Tangent) -> f64 {
         let energy = self.energy(system, state);
         for contact in &self.found {
-            let Some(Touched { first, fraction, .. }) = contact.other else { continue };
+            let Some(Touched { first, fraction }) = contact.other else { continue };
             gradient.points[first] += contact.normal * (contact.force * (1.0 - fraction));
             gradient.points[first + 1] += contact.normal * (contact.force * fraction);
         }
         for contact in &self.found {
-            for (point, fraction) in self.support(system, contact.point) {
+            for (point, fraction) in self.support(system, contact.point, contact.fraction) {
                 gradient.points[point] -= contact.normal * contact.force * fraction;
             }
         }
@@ -114,9 +122,9 @@ impl ContactTerm {
     /// not included.
     ///
     /// The second variation is `ρ (n·u)² − μ δ²φ` with u the motion of the contact point relative to the
-    /// contact place and, where that is within a segment from a to b (length L, direction t), `w = δb − δa`:
-    /// `δ²φ = u·∂²φ/∂x² u − 2 (t·u)(n·w)/L − (φ/L²)(n·w)²`. The last two parts come from the
-    /// motion of the nearest point along the rotating segment.
+    /// contact place and, where one of the two is that of least φ along a segment e from a to b, `w = δb − δa`: with
+    /// K = ∂²φ/∂x² and k = e·K e it is `δ²φ = u·K u − (e·K u + n·w)²/k`. The last part comes from the motion of that
+    /// place along the segment. Between cables K e/k is t/L, and 1/k is φ/L² (length L, direction t).
     pub fn hessian(&mut self, system: System<'_>, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         self.energy(system, state);
         for contact in &self.found {
@@ -125,10 +133,10 @@ impl ContactTerm {
             if !convex {
                 uu -= contact.curvature * mu;
             }
-            let (uw, ww) = match contact.other.and_then(|other| other.turning) {
-                Some(Turning { direction, length, distance }) => {
-                    let uw = if convex { Matrix::zeros() } else { direction * n.transpose() * (mu / length) };
-                    (uw, n * n.transpose() * (mu * distance / (length * length)))
+            let (uw, ww) = match contact.sliding {
+                Some(Sliding { by_motion, by_turn }) => {
+                    let uw = if convex { Matrix::zeros() } else { by_motion * n.transpose() * mu };
+                    (uw, n * n.transpose() * (mu * by_turn))
                 }
                 None => (Matrix::zeros(), Matrix::zeros()),
             };
@@ -138,21 +146,25 @@ impl ContactTerm {
         }
     }
 
-    /// The two nodes of a contact point's segment, and their weights.
-    pub fn support(&self, system: System<'_>, point: u32) -> [(usize, f64); 2] {
+    /// The two nodes of a contact point's segment, and their weights at this fraction of it.
+    pub fn support(&self, system: System<'_>, point: u32, fraction: f64) -> [(usize, f64); 2] {
         let point = &self.points[point as usize];
         let i = system.network.branches[point.branch].points.start + point.segment;
-        [(i, 1.0 - point.fraction), (i + 1, point.fraction)]
+        [(i, 1.0 - fraction), (i + 1, fraction)]
     }
 
     /// The points on which a contact depends, each with its weights in u and w; unused entries have zero weights.
     pub fn places(&self, system: System<'_>, contact: &Contact) -> [(usize, f64, f64); 4] {
-        let [a, b] = self.support(system, contact.point).map(|(point, u)| (point, u, 0.0));
-        let [c, d] = match contact.other {
-            Some(Touched { first, fraction, .. }) => [(first, fraction - 1.0, -1.0), (first + 1, -fraction, 1.0)],
-            None => [(0, 0.0, 0.0); 2],
-        };
-        [a, b, c, d]
+        let [(a, u), (b, v)] = self.support(system, contact.point, contact.fraction);
+        match contact.other {
+            Some(Touched { first, fraction }) => {
+                [(a, u, 0.0), (b, v, 0.0), (first, fraction - 1.0, -1.0), (first + 1, -fraction, 1.0)]
+            }
+            None => {
+                let w = if contact.sliding.is_some() { 1.0 } else { 0.0 };
+                [(a, u, -w), (b, v, w), (0, 0.0, 0.0), (0, 0.0, 0.0)]
+            }
+        }
     }
 
     /// The independent variables on which a point depends, and its derivatives in them; `−R [o]ₓ` in the frame of a

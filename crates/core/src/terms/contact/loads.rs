@@ -83,7 +83,7 @@ impl ContactTerm {
         let nearly = self.approaching.iter().filter(|contact| contact.gap <= NEARLY * contact.radius);
         for contact in self.found.iter().chain(nearly) {
             let others = contact.other.iter().flat_map(|other| [other.first, other.first + 1]);
-            let own = self.support(system, contact.point).map(|(point, _)| point);
+            let own = self.support(system, contact.point, contact.fraction).map(|(point, _)| point);
             own.into_iter().chain(others).for_each(|point| touching[point] = true);
         }
         // All points tied to one joint touch if one of them does.

@@ -1,24 +1,18 @@
 //! Refinement: contact points added where the penetration between two of them is deeper.
-//!
-//! Straight segments cut the corners of the smooth curve: where a cable lies on a round body, its chords are deeper in
-//! it than the cable by the height of an arc. So much is no penetration.
 
 use super::distance_cache::CachedDistance;
+use super::follow::{Along, RECESS, arc_of};
 use super::term::ContactTerm;
+use crate::State;
 use crate::conditions::{ContactPoint, System};
-use crate::{State, Vector};
 
-/// Depth between contact points beyond that of a chord, in radii, above which one is added; it must be deeper than both
-/// neighbours by as much.
+/// Depth between contact points, in radii, above which one is added; it must be deeper than both neighbours by as much.
 const TOLERATED: f64 = 1e-3;
-/// Depth between contact points, in radii, above which one is added in any case.
-pub const BETWEEN: f64 = 0.025;
-/// Depth of a chord in units of the height of the arc over it.
-const CORNER: f64 = 1.5;
-/// Least distance of an added contact point from others, as a fraction of the distance between its neighbours.
+/// The same of one that follows.
+const FOLLOWED: f64 = 1e-4;
+/// Least distance of an added contact point that stays from others, as a fraction of the distance between its
+/// neighbours.
 const APART: f64 = 0.1;
-/// Steps of the bisection for the nearest place between two contact points.
-const SEARCH: usize = 30;
 
 impl ContactTerm {
     /// Places, in order, where the penetration between two contact points exceeds the tolerance at `state`; searched
@@ -27,8 +21,7 @@ impl ContactTerm {
         if self.is_idle() {
             return Vec::new();
         }
-        self.search(system, state);
-        self.search_pairs(system, state);
+        self.energy(system, state);
         let mut found: Vec<ContactPoint> = Vec::new();
         for pair in &self.cables.pairs {
             let point = self.points[pair.point as usize];
@@ -38,16 +31,23 @@ impl ContactTerm {
         }
         for &index in &self.near {
             let point = self.points[index as usize];
-            if point.fraction == 1.0 {
+            if point.fraction == 1.0 || point.follows.is_some() {
                 continue;
             }
-            let next = self.next[index as usize];
             for cached in &self.cached[index as usize] {
-                found.extend(self.deepest_between(system, state, &point, next, cached));
+                let next = self.next[index as usize];
+                let deepest = self.deepest_between(system, state, &point, next, cached);
+                let missing = deepest.filter(|(place, distance)| !self.has_follower(place, *distance));
+                found.extend(missing.map(|(place, _)| place));
             }
         }
         found.sort_by(|a, b| (a.branch, a.segment).cmp(&(b.branch, b.segment)).then(a.fraction.total_cmp(&b.fraction)));
-        found.dedup_by(|a, b| a.branch == b.branch && a.segment == b.segment && (a.fraction - b.fraction).abs() < 1e-6);
+        found.dedup_by(|a, b| {
+            a.branch == b.branch
+                && a.segment == b.segment
+                && a.follows == b.follows
+                && (a.fraction - b.fraction).abs() < 1e-6
+        });
         found
     }
 
@@ -66,13 +66,15 @@ impl ContactTerm {
 
     /// Fraction of the next contact point on the segment.
     fn next_fraction(&self, point: &ContactPoint) -> f64 {
-        let added = self.points[self.own..].iter().filter(|s| (s.branch, s.segment) == (point.branch, point.segment));
+        let is_beside =
+            |s: &&ContactPoint| (s.branch, s.segment) == (point.branch, point.segment) && s.follows.is_none();
+        let added = self.points[self.own..].iter().filter(is_beside);
         let others = self.permanent_on_segment(point).chain(added.map(|s| s.fraction));
         others.filter(|t| *t > point.fraction).fold(1.0, f64::min)
     }
 
-    /// Deepest place between a contact point and the next one on its segment, if its depth exceeds that of a chord and
-    /// that of both by the tolerance.
+    /// Deepest place between a contact point and the next one on its segment, and its distance (m), if it is deeper
+    /// than both by the tolerance. On an edge it follows.
     fn deepest_between(
         &self,
         system: System<'_>,
@@ -80,84 +82,34 @@ impl ContactTerm {
         point: &ContactPoint,
         next: f64,
         cached: &CachedDistance,
-    ) -> Option<ContactPoint> {
+    ) -> Option<(ContactPoint, f64)> {
         let o = cached.obstacle as usize;
-        let (shape, pose) = (&system.network.obstacles[o].shape, &system.conditions.contact.poses[o]);
+        let (obstacle, pose) = (&system.network.obstacles[o], &system.conditions.contact.poses[o]);
         let radius = self.touch_radius(system, state, point, cached.obstacle);
-        let at = |fraction: f64| ContactPoint { fraction, ..*point };
-        let own = |fraction: f64| pose.local(&at(fraction).position(system.network, state));
-        let (a, b) = (own(point.fraction), own(next));
-        let edge = b - a;
-        let least = radius - TOLERATED * radius;
+        let arc = arc_of(system, state, point).seen_from(pose);
+        let length = arc.edge().norm() * (next - point.fraction);
+        let chord = Along { shape: &*obstacle.shape, arc: arc.chord(), reach: 2.0 * radius + length };
+        let arc = Along { arc, ..chord };
         // φ decreases by no more than the distance.
-        if cached.is_beyond(&a, least + edge.norm()) {
+        let least = radius * (1.0 - TOLERATED);
+        if cached.is_beyond(&chord.arc.at(point.fraction), least + length) {
             return None;
         }
-        // φ and its normal.
-        let nearest = |x: &Vector| {
-            let mut least: Option<(f64, Vector)> = None;
-            shape.touches(x, 2.0 * radius + edge.norm(), &mut |touch| {
-                if least.is_none_or(|(distance, _)| touch.distance < distance) {
-                    least = Some((touch.distance, touch.normal));
-                }
-            });
-            least
+        let ends = [point.fraction, next];
+        let is_smooth = obstacle.friction == 0.0;
+        let is_edge = |t: &f64| arc.at(*t).is_some_and(|profile| profile.is_edge(arc.arc.edge().norm(), radius));
+        let edge = arc.lowest(ends, least).filter(|t| is_smooth && is_edge(t));
+        let t = edge.or_else(|| chord.lowest(ends, least))?;
+        // The arc counts where it is farther from the body.
+        let distance = |t: f64| Some(chord.at(t)?.distance.max(arc.at(t)?.distance));
+        let [first, last] = [distance(point.fraction)?, distance(next)?];
+        let (follows, tolerated, apart) = match edge {
+            Some(_) => (Some(cached.obstacle), FOLLOWED, 0.0),
+            None => (None, TOLERATED, APART * (next - point.fraction)),
         };
-        let (at_a, down) = nearest(&a).map(|(distance, normal)| (distance, normal.dot(&edge)))?;
-        if down >= 0.0 {
-            return None;
-        }
-        let (at_b, up) = nearest(&b).map(|(distance, normal)| (distance, normal.dot(&edge)))?;
-        // Along a straight line φ of a convex obstacle is convex, so it is above its tangents.
-        if up <= 0.0 || 0.5 * (at_a + at_b - edge.norm()) >= least {
-            return None;
-        }
-        // at_a + down t = at_b + up (t − 1)
-        let meet = (at_b - up - at_a) / (down - up);
-        if at_a + down * meet >= least {
-            return None;
-        }
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..SEARCH {
-            let middle = 0.5 * (low + high);
-            let (_, normal) = nearest(&(a + edge * middle))?;
-            if normal.dot(&edge) < 0.0 { low = middle } else { high = middle }
-        }
-        let t = 0.5 * (low + high);
-        let (distance, normal) = nearest(&(a + edge * t))?;
-        let place = at(point.fraction + (next - point.fraction) * t);
-        // Height of an arc over the chord from one permanent contact point to the next, at the distances a and b from
-        // them: κ a b/2.
-        let length = edge.norm() / (next - point.fraction);
-        let (before, after) = self.permanent_on_segment(&place).fold((0.0, 1.0), |(before, after), t| match t {
-            t if t <= place.fraction => (t, after),
-            t => (before, f64::min(after, t)),
-        });
-        let [before, after] = [place.fraction - before, after - place.fraction].map(|part| part * length);
-        let curvature = -Self::curvature(system, state, &place).dot(&(pose.orientation * normal));
-        let chord = CORNER * (0.5 * curvature * before * after).max(0.0);
-        let tolerated = (chord + TOLERATED * radius).min(BETWEEN * radius);
-        let inside = t > APART && t < 1.0 - APART;
-        let deep = distance < (radius - tolerated).min(at_a.min(at_b) - TOLERATED * radius);
-        (inside && deep).then_some(place)
-    }
-
-    /// Curvature vector of a branch at a contact point, 1/m.
-    fn curvature(system: System<'_>, state: &State, point: &ContactPoint) -> Vector {
-        let points = &system.network.branches[point.branch].points;
-        let node = |i: usize| state.points[i] + state.compensation[i];
-        // At a node between two segments with directions d₁, d₂: 2 (d₂ − d₁)/(ℓ₁ + ℓ₂).
-        let curvature = |i: usize| {
-            let inside = i > points.start && i + 1 < points.end;
-            inside.then(|| {
-                let (before, after) = (node(i) - node(i - 1), node(i + 1) - node(i));
-                (after.normalize() - before.normalize()) * (2.0 / (before.norm() + after.norm()))
-            })
-        };
-        let i = points.start + point.segment;
-        match (curvature(i), curvature(i + 1)) {
-            (Some(a), Some(b)) => a + (b - a) * point.fraction,
-            (a, b) => a.or(b).unwrap_or_default(),
-        }
+        let tolerated = tolerated * radius + RECESS * arc.arc.beside(t).norm();
+        let (inside, own) = (t > point.fraction + apart && t < next - apart, distance(t)?);
+        let is_deep = own < radius.min(first).min(last) - tolerated;
+        (inside && is_deep).then_some((ContactPoint { fraction: t, follows, ..*point }, own))
     }
 }

@@ -31,11 +31,18 @@ pub(super) const RUN_OUT: f64 = 8.0;
 pub struct Contact {
     /// Index of the contact point.
     pub point: u32,
+    /// Contact place on its segment as a fraction of the length: that of the contact point, unless it follows.
+    pub fraction: f64,
     /// Its partner.
     pub partner: Partner,
     /// Contact place on the partner, if it is a cable.
     pub(crate) other: Option<Touched>,
-    /// Position of the contact point, m.
+    /// Whether it follows, on an edge of an obstacle.
+    pub(super) on_edge: bool,
+    /// How the contact place moves along a segment, of the partner if it is a cable, else of its own; `None` if it does
+    /// not.
+    pub(super) sliding: Option<Sliding>,
+    /// Position of the contact place, m.
     pub position: Vector,
     /// −c, m: distance of the surfaces.
     pub gap: f64,
@@ -58,19 +65,16 @@ pub(crate) struct Touched {
     pub(crate) first: usize,
     /// Position on the segment as a fraction of its length.
     pub(crate) fraction: f64,
-    /// Data of the segment; `None` if the nearest point is one of its ends.
-    pub(super) turning: Option<Turning>,
 }
 
-/// Segment whose nearest point is between its ends: its rotation moves that point.
+/// Contact place that is where φ is least along a segment, between its ends. With e the segment and K = ∂²φ/∂x² the
+/// fraction changes by `−(e·K u + n·w)/k`, `k = e·K e`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Turning {
-    /// t.
-    pub(super) direction: Vector,
-    /// L, m.
-    pub(super) length: f64,
-    /// φ, m.
-    pub(super) distance: f64,
+pub(super) struct Sliding {
+    /// K e/k, 1/m.
+    pub(super) by_motion: Vector,
+    /// 1/k, 1/m.
+    pub(super) by_turn: f64,
 }
 
 /// Place where a constraint holds a cable nearer to an obstacle than its radius.
@@ -130,11 +134,10 @@ impl ContactTerm {
                 let pieces = pieces(*length);
                 spacing = spacing.max(length / pieces);
                 let fraction = |k: usize| k as f64 / pieces;
-                let points = (0..pieces as usize).map(|k| ContactPoint { branch: b, segment, fraction: fraction(k) });
-                contact.points.extend(points);
+                contact.points.extend((0..pieces as usize).map(|k| ContactPoint::new(b, segment, fraction(k))));
             }
             contact.spacings.push(spacing);
-            contact.points.push(ContactPoint { branch: b, segment: mesh.segments() - 1, fraction: 1.0 });
+            contact.points.push(ContactPoint::new(b, mesh.segments() - 1, 1.0));
             // Penalties are those of the mean segment.
             let length = mesh.length() / mesh.segments() as f64;
             let pieces = pieces(length);
