@@ -571,8 +571,7 @@ fn records(network: &Network, conditions: &Conditions, state: &State) -> Vec<Con
     problem.find_contacts(state);
     let found = problem.contact().found();
     let largest = found.iter().map(|contact| contact.force).fold(0.0, f64::max);
-    let record = |contact: &_| {
-        let contact: &wireloom_core::terms::contact::Contact = contact;
+    let record = |contact: &Contact| {
         let anchor = problem.friction_anchor(state, contact);
         let (point, partner, multiplier) = (contact.point, contact.partner, 0.7 * contact.force);
         ContactRecord { point, partner, multiplier, penalty: 1.5, anchor }
