@@ -34,8 +34,8 @@ impl ContactTerm {
             if point.fraction == 1.0 || point.follows.is_some() {
                 continue;
             }
+            let next = self.next[index as usize];
             for cached in &self.cached[index as usize] {
-                let next = self.next[index as usize];
                 let deepest = self.deepest_between(system, state, &point, next, cached);
                 let missing = deepest.filter(|(place, distance)| !self.has_follower(place, *distance));
                 found.extend(missing.map(|(place, _)| place));
@@ -86,10 +86,10 @@ impl ContactTerm {
         let o = cached.obstacle as usize;
         let (obstacle, pose) = (&system.network.obstacles[o], &system.conditions.contact.poses[o]);
         let radius = self.touch_radius(system, state, point, cached.obstacle);
-        let arc = arc_of(system, state, point).seen_from(pose);
-        let length = arc.edge().norm() * (next - point.fraction);
-        let chord = Along { shape: &*obstacle.shape, arc: arc.chord(), reach: 2.0 * radius + length };
-        let arc = Along { arc, ..chord };
+        let line = arc_of(system, state, point).seen_from(pose);
+        let length = line.edge().norm() * (next - point.fraction);
+        let chord = Along { shape: &*obstacle.shape, arc: line.chord(), reach: 2.0 * radius + length };
+        let arc = Along { arc: line, ..chord };
         // φ decreases by no more than the distance.
         let least = radius * (1.0 - TOLERATED);
         if cached.is_beyond(&chord.arc.at(point.fraction), least + length) {
@@ -97,7 +97,7 @@ impl ContactTerm {
         }
         let ends = [point.fraction, next];
         let is_smooth = obstacle.friction == 0.0;
-        let is_edge = |t: &f64| arc.at(*t).is_some_and(|profile| profile.is_edge(arc.arc.edge().norm(), radius));
+        let is_edge = |t: &f64| arc.at(*t).is_some_and(|profile| profile.is_edge(line.edge().norm(), radius));
         let edge = arc.lowest(ends, least).filter(|t| is_smooth && is_edge(t));
         let t = edge.or_else(|| chord.lowest(ends, least))?;
         // The arc counts where it is farther from the body.
@@ -107,7 +107,7 @@ impl ContactTerm {
             Some(_) => (Some(cached.obstacle), FOLLOWED, 0.0),
             None => (None, TOLERATED, APART * (next - point.fraction)),
         };
-        let tolerated = tolerated * radius + RECESS * arc.arc.beside(t).norm();
+        let tolerated = tolerated * radius + RECESS * line.beside(t).norm();
         let (inside, own) = (t > point.fraction + apart && t < next - apart, distance(t)?);
         let is_deep = own < radius.min(first).min(last) - tolerated;
         (inside && is_deep).then_some((ContactPoint { fraction: t, follows, ..*point }, own))
