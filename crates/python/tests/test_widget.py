@@ -72,9 +72,9 @@ def lab(tmp_path: Path) -> Iterator[str]:
         port = free.getsockname()[1]
     command = [sys.executable, "-m", "jupyterlab", "--no-browser", f"--port={port}", "--IdentityProvider.token=", "--allow-root"]
     own = {name: str(tmp_path / name) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR")}
-    server = subprocess.Popen(
-        command, cwd=tmp_path, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
+    log = tmp_path / "lab.log"
+    with log.open("wb") as said:
+        server = subprocess.Popen(command, cwd=tmp_path, env=os.environ | own, stdout=said, stderr=said)
     address = f"http://127.0.0.1:{port}"
     try:
         for _ in range(120):
@@ -90,6 +90,8 @@ def lab(tmp_path: Path) -> Iterator[str]:
     finally:
         server.terminate()
         server.wait(30)
+        # pytest shows it where the test fails.
+        print(log.read_text(errors="replace"))
 
 
 def test_a_plug_is_dragged_in_jupyterlab(lab: str) -> None:
@@ -101,9 +103,23 @@ def test_a_plug_is_dragged_in_jupyterlab(lab: str) -> None:
         browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1200, "height": 900})
         page.set_default_timeout(120_000)
+        page.on("console", lambda message: print("console:", message.text))
+        page.on("pageerror", lambda error: print("page:", error))
         page.goto(lab)
-        page.locator(".jp-Cell .cm-content").first.click()
-        page.keyboard.press("Shift+Enter")
+
+        def run(cell: int) -> None:
+            # While the kernel starts, JupyterLab may drop the key.
+            page.locator(".jp-Notebook-ExecutionIndicator[data-status=idle]").wait_for(state="attached")
+            prompt = page.locator(".jp-CodeCell .jp-InputPrompt").nth(cell)
+            for _ in range(4):
+                page.locator(".jp-CodeCell .cm-content").nth(cell).click()
+                page.keyboard.press("Shift+Enter")
+                page.wait_for_timeout(1_000)
+                if prompt.inner_text() != "[ ]:":
+                    break
+            playwright.expect(prompt).to_have_text(f"[{cell + 1}]:", timeout=120_000)
+
+        run(0)
         canvas = page.locator("canvas[data-places]")
         canvas.wait_for()
         canvas.scroll_into_view_if_needed()
@@ -119,8 +135,7 @@ def test_a_plug_is_dragged_in_jupyterlab(lab: str) -> None:
         picture = os.environ.get("WIRELOOM_WIDGET_PICTURE")
         if picture is not None:
             page.screenshot(path=picture)
-        page.locator(".jp-Cell .cm-content").nth(1).click()
-        page.keyboard.press("Shift+Enter")
+        run(1)
         output = page.locator(".jp-OutputArea-output pre", has_text="plug")
         output.wait_for()
         moved = np.array([float(number) for number in output.inner_text().split()[1:]])
