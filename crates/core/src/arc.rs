@@ -2,6 +2,11 @@
 
 use crate::{Pose, Vector};
 
+/// Largest number of steps to the place nearest to a point.
+const STEPS: usize = 60;
+/// Change of half the squared distance with the fraction, in units of the squared length, at which that search ends.
+const LEVEL: f64 = 1e-13;
+
 /// A segment as the arc that the centre line is between its nodes, `x(t) = a + t e − ½ ℓ² t (1 − t) x″(t)`, with x″
 /// between those of the nodes: a cubic whose tangents are continuous (Catmull and Rom 1974, A class of local
 /// interpolating splines).
@@ -59,6 +64,39 @@ impl Arc {
     pub fn bend(&self, t: f64) -> Vector {
         let [a, b] = &self.bulge;
         (b - a) * (2.0 - 4.0 * t) - (a * (1.0 - t) + b * t) * 2.0
+    }
+
+    /// Fraction at which it is nearest to a point, as far as it is less bent than a circle around that point. Newton's
+    /// method, with bisections where it leaves the bracket.
+    pub fn nearest(&self, x: &Vector) -> f64 {
+        let square = self.edge.norm_squared();
+        let on_chord = ((x - self.start).dot(&self.edge) / square).clamp(0.0, 1.0);
+        if self.bulge.iter().all(|bulge| *bulge == Vector::zeros()) {
+            return on_chord;
+        }
+        let slope = |t: f64| (self.at(t) - x).dot(&self.tangent(t));
+        let rises = [0.0, 1.0].map(|t| slope(t) > 0.0);
+        let (mut low, mut high) = match rises {
+            [false, true] => (0.0, 1.0),
+            [true, true] => return 0.0,
+            [false, false] => return 1.0,
+            [true, false] => return if (self.at(0.0) - x).norm() < (self.at(1.0) - x).norm() { 0.0 } else { 1.0 },
+        };
+        let mut t = on_chord;
+        for _ in 0..STEPS {
+            let own = slope(t);
+            if own.abs() <= LEVEL * square {
+                break;
+            }
+            if own > 0.0 {
+                high = t
+            } else {
+                low = t
+            }
+            let newton = t - own / (self.tangent(t).norm_squared() + (self.at(t) - x).dot(&self.bend(t)));
+            t = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        }
+        t
     }
 }
 

@@ -194,6 +194,15 @@ pub enum Sliding {
     },
 }
 
+/// What a cable touches, by index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Against {
+    /// An obstacle.
+    Obstacle(usize),
+    /// A branch, which may be itself.
+    Branch(usize),
+}
+
 /// Contact point: a place of a cable, between nodes `segment` and `segment + 1` of a branch, where contact is
 /// evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -204,8 +213,8 @@ pub struct ContactPoint {
     pub segment: usize,
     /// Position on the segment as a fraction of its length: 0 at its first node, 1 at its second.
     pub fraction: f64,
-    /// Index of the obstacle whose nearest place it follows; it touches nothing else.
-    pub follows: Option<u32>,
+    /// Along what it follows the nearest place; it touches nothing else.
+    pub follows: Option<Against>,
 }
 
 impl ContactPoint {
@@ -314,6 +323,16 @@ pub struct Overlap {
     pub distance: f64,
 }
 
+/// Two segments of cables that cross: they touch on arcs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Crossing {
+    /// The segments (branch, segment), the lower one first.
+    pub segments: [(usize, usize); 2],
+    /// Whether they still cross; if not, they touch on chords until the end of the increment, so that they do not go to
+    /// and fro between both.
+    pub acts: bool,
+}
+
 /// State of contact from one equilibrium to the next.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactState {
@@ -327,9 +346,11 @@ pub struct ContactState {
     pub records: Vec<ContactRecord>,
     /// Sorted by contact point and branch.
     pub overlaps: Vec<Overlap>,
-    /// x″ of the centre line at each point, 1/m, by which it is beside its chords where it touches obstacles; empty
+    /// x″ of the centre line at each point, 1/m, by which it is beside its chords where it touches something; empty
     /// before the first update.
     pub bends: Vec<Vector>,
+    /// Crossing segments of cables, in order.
+    pub crossings: Vec<Crossing>,
 }
 
 impl ContactState {
@@ -348,6 +369,17 @@ impl ContactState {
     /// Record of a contact point and a partner.
     pub fn record_of(&self, point: u32, partner: Partner) -> Option<&ContactRecord> {
         self.records_of(point).iter().find(|record| record.partner == partner)
+    }
+
+    /// Crossing of two segments (branch, segment).
+    pub fn crossing(&self, a: (usize, usize), b: (usize, usize)) -> Option<&Crossing> {
+        let at = self.crossings.binary_search_by(|crossing| crossing.segments.cmp(&[a.min(b), a.max(b)]));
+        Some(&self.crossings[at.ok()?])
+    }
+
+    /// Whether two segments (branch, segment) touch on arcs.
+    pub fn cross(&self, a: (usize, usize), b: (usize, usize)) -> bool {
+        self.crossing(a, b).is_some_and(|crossing| crossing.acts)
     }
 
     /// Records with friction against another cable, each with the branch and the segment of that cable.

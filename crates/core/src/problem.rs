@@ -1,7 +1,7 @@
 //! The function to be minimised: the energy of a network under conditions, as the sum of its [`crate::terms`].
 
 use crate::conditions::{
-    Conditions, ConstraintState, ContactPoint, ContactRecord, FrictionAnchor, RodState, Sliding, System,
+    Against, Conditions, ConstraintState, ContactPoint, ContactRecord, FrictionAnchor, RodState, Sliding, System,
 };
 use crate::constitutive::{ConstitutiveLaws, Derivatives};
 use crate::constraint::Action;
@@ -12,7 +12,7 @@ use crate::rod::{BranchHessian, BranchShape};
 use crate::rotation::{columns, lever_hessian};
 use crate::scales::{ENERGY_NOISE, LocalScale, LocalScales, Scales, rigidity};
 use crate::terms::constraints::{ConstraintResidual, ConstraintTerm, Convex, Reaction};
-use crate::terms::contact::{Against, Contact, ContactTerm, ContactViolation, HeldOverlap, ObstacleLoad, Penetration};
+use crate::terms::contact::{Contact, ContactTerm, ContactViolation, HeldOverlap, ObstacleLoad, Penetration};
 use crate::terms::friction::{Anchoring, FrictionTerm};
 use crate::terms::gravity;
 use crate::terms::joints::JointTerm;
@@ -640,13 +640,16 @@ impl Problem<'_> {
         self.conditions.contact.records = records;
     }
 
-    /// Takes x″ of the centre line, where it touches obstacles, from `state`.
-    pub fn update_bends(&mut self, state: &State) {
-        if self.network.obstacles.is_empty() {
-            return;
-        }
-        let system = System { network: self.network, conditions: &self.conditions };
-        self.conditions.contact.bends = ContactTerm::bends(system, state);
+    /// Takes x″ of the centre lines, by which cables are beside their chords where they touch, and the segments that
+    /// cross from `state`, at which contact was evaluated last.
+    pub fn update_arcs(&mut self, state: &State) {
+        self.conditions.contact.bends = ContactTerm::bends(self.system(), state);
+        self.update_crossings(state);
+    }
+
+    /// Finds the segments that cross at `state`, at which contact was evaluated last.
+    fn update_crossings(&mut self, state: &State) {
+        self.conditions.contact.crossings = self.contact.crossings(self.system(), state);
     }
 
     /// Adds contact points where the penetration at `state` between two of them exceeds the tolerance. Returns whether
@@ -662,6 +665,7 @@ impl Problem<'_> {
             self.conditions.contact.extra = followed;
         }
         self.conditions.contact.extra.extend(deeper);
+        self.update_crossings(state);
         self.contact.set_extra(&self.conditions.contact.extra);
         true
     }
@@ -672,6 +676,7 @@ impl Problem<'_> {
             return;
         }
         self.find_contacts(state);
+        self.conditions.contact.crossings.retain(|crossing| crossing.acts);
         let anchoring = Anchoring { contact: &self.contact, system: self.system(), state };
         let followed = |record: &ContactRecord| ContactRecord {
             anchor: record.anchor.map(|anchor| anchoring.follow(record, &anchor)),
@@ -708,6 +713,7 @@ impl Problem<'_> {
         }
         self.conditions.contact.overlaps.clone_from(&other.contact.overlaps);
         self.conditions.contact.bends.clone_from(&other.contact.bends);
+        self.conditions.contact.crossings.clone_from(&other.contact.crossings);
         if self.conditions.contact.extra != other.contact.extra {
             self.conditions.contact.extra.clone_from(&other.contact.extra);
             self.contact.set_extra(&other.contact.extra);

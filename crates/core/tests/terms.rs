@@ -9,7 +9,7 @@
 
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
-use wireloom_core::conditions::{Conditions, ContactPoint, ContactRecord, Sliding, System};
+use wireloom_core::conditions::{Against, Conditions, ContactPoint, ContactRecord, Partner, Sliding, System};
 use wireloom_core::constraint::Limits;
 use wireloom_core::equilibrium::Energy;
 use wireloom_core::load::LoadAction;
@@ -607,17 +607,20 @@ fn contact() {
             term.update_held(system);
             check(&format!("{name}, multipliers: {multipliers}"), &network, &state, &mut Contacts(system, term));
         }
-        if cables {
-            continue;
-        }
         // Contact places that follow along bent segments, but for those at the end of their range.
         let mut problem = Problem::new(&network, conditions.clone());
-        problem.update_bends(&state);
-        conditions.contact.bends.clone_from(&problem.conditions().contact.bends);
+        problem.find_contacts(&state);
+        problem.update_arcs(&state);
+        conditions.contact.clone_from(&problem.conditions().contact);
         let points = problem.contact().points().to_vec();
-        let touching = conditions.contact.records.iter().map(|record| points[record.point as usize]);
-        conditions.contact.extra =
-            touching.map(|point| ContactPoint { fraction: 0.45, follows: Some(0), ..point }).collect();
+        let following = |record: &ContactRecord| {
+            let follows = match record.partner {
+                Partner::Obstacle { obstacle, .. } => Against::Obstacle(obstacle as usize),
+                Partner::Cable { branch, .. } => Against::Branch(branch as usize),
+            };
+            ContactPoint { fraction: 0.45, follows: Some(follows), ..points[record.point as usize] }
+        };
+        conditions.contact.extra = conditions.contact.records.iter().map(following).collect();
         conditions.contact.records.clear();
         let system = System { network: &network, conditions: &conditions };
         let mut term = ContactTerm::new(&network, &conditions);

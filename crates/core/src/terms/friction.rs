@@ -18,7 +18,7 @@
 //! at most `f N`. As k is many times the stiffness of a cable, the displacement `u = f N/k` that a sticking contact may
 //! lose when the contact points that divide N change is negligible.
 
-use super::contact::{Contact, ContactTerm, Touched};
+use super::contact::{Contact, ContactTerm, Touched, Weights};
 use crate::conditions::{Bond, ContactPoint, ContactRecord, FrictionAnchor, Partner, System};
 use crate::rotation::skew;
 use crate::variable::{Block, Variable};
@@ -267,8 +267,8 @@ impl FrictionTerm {
         for friction in &self.forces {
             let own_points = contact.support(system, friction.point, contact.point(friction.point).fraction);
             let Some(Between { points, frames: [own, other], levers: [a, b] }) = &friction.cables else {
-                let places = own_points.map(|(point, u)| (point, u, 0.0));
-                contact.add_blocks(system, state, &places, |u, v, _, _| friction.stiffness * (u * v), blocks);
+                let places = own_points.map(|(point, u)| (point, Weights { u, ..Weights::default() }));
+                contact.add_blocks(system, state, &places, |p, q| friction.stiffness * (p.u * q.u), blocks);
                 continue;
             };
             let (p, r) = (state.frames[*own].to_rotation_matrix(), state.frames[*other].to_rotation_matrix());

@@ -8,7 +8,7 @@
 //! 2003), with an exact line search along each step, so that the model always decreases. `H d + g = Σ c n` holds at
 //! every solution, with one number c per contact point, so the iteration needs these numbers only.
 
-use wireloom_core::terms::contact::Contact;
+use wireloom_core::terms::contact::{Contact, Weights};
 use wireloom_core::variable::{Block, Variable};
 use wireloom_core::{Network, Problem, State, Tangent};
 
@@ -145,7 +145,7 @@ impl ActiveSet {
 /// n·u, m.
 fn approach(problem: &Problem<'_>, contact: &Contact, step: &Tangent) -> f64 {
     let places = problem.contact().places(problem.system(), contact);
-    places.iter().map(|(point, u, _)| contact.normal.dot(&step.points[*point]) * u).sum()
+    places.iter().map(|(point, weights)| contact.normal.dot(&step.points[*point]) * weights.u).sum()
 }
 
 /// Adds `sign` times the first and second derivatives of ½ ρ (p − n·u)².
@@ -160,7 +160,7 @@ fn add_spring(
     let Contact { normal, force, penalty, .. } = contact;
     let (term, system) = (problem.contact(), problem.system());
     let places = term.places(system, contact);
-    for (point, u, _) in places.iter().filter(|(_, u, _)| *u != 0.0) {
+    for (point, Weights { u, .. }) in places.iter().filter(|(_, weights)| weights.u != 0.0) {
         for (variable, column) in term.columns(system, state, *point).into_iter().flatten() {
             let slope = column.tr_mul(normal) * (-sign * force * u);
             match variable {
@@ -170,5 +170,5 @@ fn add_spring(
         }
     }
     let stiffness = normal * normal.transpose() * (sign * penalty);
-    term.add_blocks(system, state, &places, |u, v, _, _| stiffness * (u * v), blocks);
+    term.add_blocks(system, state, &places, |p, q| stiffness * (p.u * q.u), blocks);
 }

@@ -82,7 +82,7 @@ impl ContactHistory {
 
 /// Sets the multipliers of contact to the forces at `state`, a minimum, or to the forces that `history` extrapolates;
 /// raises the penalties of contact points that are too deep if the largest violation decreased too little since the
-/// last update; updates the anchors of friction.
+/// last update; updates the arcs of segments and the anchors of friction.
 pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut ContactHistory) {
     if problem.contact().is_idle() {
         return;
@@ -117,5 +117,5 @@ pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut C
     }
     records.sort_by_key(|record| (record.point, record.partner));
     problem.set_contact_records(records);
-    problem.update_bends(state);
+    problem.update_arcs(state);
 }

@@ -158,9 +158,8 @@ impl<'n> Cables<'n> {
     /// other) side by side do not count up to the place where they have separated.
     pub fn overlaps(&self) -> &[CableOverlap] {
         self.overlaps.get_or_init(|| {
-            let mut pairs = self.near_pairs();
+            let mut pairs = near_pairs(&self.fine().lines);
             pairs.sort_unstable();
-            self.fine();
             let overlap = |k: usize| self.overlap(pairs[k][0], pairs[k][1]);
             self.network.map(pairs.len(), overlap).into_iter().flatten().collect()
         })
@@ -184,27 +183,6 @@ impl<'n> Cables<'n> {
         };
         nearest_pair(a.piece(), b.piece(), &apart, &mut best);
         best.is_found().then(|| Pair { distance: best.distance - a.radius - b.radius, ..best })
-    }
-
-    /// Pairs of branches whose boxes overlap, by sweep and prune along x; each branch with itself, too.
-    fn near_pairs(&self) -> Vec<[usize; 2]> {
-        let finite = |b: &usize| self.lines[*b].around().iter().all(|corner| corner.iter().all(|x| x.is_finite()));
-        let low = |b: usize| self.lines[b].around()[0].x - self.lines[b].radius;
-        let mut order: Vec<usize> = (0..self.lines.len()).filter(finite).collect();
-        order.sort_by(|a, b| low(*a).total_cmp(&low(*b)).then(a.cmp(b)));
-        let mut pairs = Vec::new();
-        for (k, &b) in order.iter().enumerate() {
-            let line = &self.lines[b];
-            let high = line.around()[1].x + line.radius;
-            pairs.push([b, b]);
-            for &c in order[k + 1..].iter().take_while(|c| low(**c) <= high) {
-                let other = &self.lines[c];
-                if between(line.around(), other.around()) < line.radius + other.radius {
-                    pairs.push([b.min(c), b.max(c)]);
-                }
-            }
-        }
-        pairs
     }
 
     /// Deepest place at which two branches lie in each other, or one in itself.
@@ -263,6 +241,27 @@ impl<'n> Cables<'n> {
         }
         ways
     }
+}
+
+/// Pairs of lines whose boxes overlap, by sweep and prune along x; each line with itself, too.
+fn near_pairs(lines: &[Line]) -> Vec<[usize; 2]> {
+    let finite = |b: &usize| lines[*b].around().iter().all(|corner| corner.iter().all(|x| x.is_finite()));
+    let low = |b: usize| lines[b].around()[0].x - lines[b].radius;
+    let mut order: Vec<usize> = (0..lines.len()).filter(finite).collect();
+    order.sort_by(|a, b| low(*a).total_cmp(&low(*b)).then(a.cmp(b)));
+    let mut pairs = Vec::new();
+    for (k, &b) in order.iter().enumerate() {
+        let line = &lines[b];
+        let high = line.around()[1].x + line.radius;
+        pairs.push([b, b]);
+        for &c in order[k + 1..].iter().take_while(|c| low(**c) <= high) {
+            let other = &lines[c];
+            if between(line.around(), other.around()) < line.radius + other.radius {
+                pairs.push([b.min(c), b.max(c)]);
+            }
+        }
+    }
+    pairs
 }
 
 /// A whole line, or the part of it.

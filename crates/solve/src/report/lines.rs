@@ -11,6 +11,9 @@ use wireloom_core::{Pose, Vector};
 const FEW: usize = 4;
 /// Largest number of pieces of a segment.
 const MOST_PIECES: f64 = 64.0;
+/// Largest distance of a divided line from the arcs between nodes, in radii: a tenth of the depth at which cables that
+/// press on each other count as in touch (`requirements::IN_TOUCH`).
+const BESIDE: f64 = 2.5e-3;
 /// Steps of the ternary search for the nearest place of a segment: 1e-5 of its length remains.
 const THIRDS: usize = 28;
 /// Squared sine of the angle below which two segments count as parallel: there the nearest places are ill-conditioned.
@@ -79,18 +82,24 @@ impl Line {
         line
     }
 
-    /// The same line with its segments divided: within `zone` (m) of the ends of the branch in pieces of at most a
-    /// quarter of the radius, elsewhere of a diameter. What counts of two segments then does not depend on the mesh.
+    /// The same line on the arcs between its nodes, with its segments divided: within `zone` (m) of the ends of the
+    /// branch in pieces of at most a quarter of the radius, elsewhere of a diameter, and so that they are no more than
+    /// [`BESIDE`] radii beside the arcs. What counts of two segments then does not depend on the mesh.
     pub fn divided(&self, zone: f64) -> Self {
         let (mut s, mut x) = (vec![self.s[0]], vec![self.x[0]]);
+        let lengths: Vec<f64> = self.s.windows(2).map(|ends| ends[1] - ends[0]).collect();
+        let bends = arc::bends(&self.x, &lengths);
         for i in 0..self.segments() {
+            let arc = Arc::new(self.x[i], self.x[i + 1], lengths[i], [bends[i], bends[i + 1]]);
+            let beside = 0.125 * lengths[i] * lengths[i] * bends[i].norm().max(bends[i + 1].norm());
+            let to_arc = (beside / (BESIDE * self.radius)).sqrt();
             let near = self.s[i] - self.ends[0] < zone || self.ends[1] - self.s[i + 1] < zone;
             let length = if near { 0.25 } else { 2.0 } * self.radius;
-            let pieces = ((self.s[i + 1] - self.s[i]) / length).ceil().clamp(1.0, MOST_PIECES) as usize;
+            let pieces = (lengths[i] / length).max(to_arc).ceil().clamp(1.0, MOST_PIECES) as usize;
             for k in 1..=pieces {
                 let t = k as f64 / pieces as f64;
-                s.push(if k == pieces { self.s[i + 1] } else { self.s[i] + (self.s[i + 1] - self.s[i]) * t });
-                x.push(if k == pieces { self.x[i + 1] } else { self.x[i].lerp(&self.x[i + 1], t) });
+                s.push(if k == pieces { self.s[i + 1] } else { self.s[i] + lengths[i] * t });
+                x.push(if k == pieces { self.x[i + 1] } else { arc.at(t) });
             }
         }
         Self::new(s, x, self.ends, self.radius)

@@ -12,10 +12,10 @@ use super::spans::{CableSpan, EndKnown, Piece, Spans};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
+use wireloom_core::conditions::Against;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
-use wireloom_core::terms::contact::Against;
 use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
 
 /// Distance, in radii, within which surfaces that press on each other are in touch.

@@ -441,8 +441,8 @@ impl<'n> Kept<'n> {
         let mut any = false;
         for (contact, sign) in all {
             any = true;
-            for (point, weight, _) in problem.contact().places(problem.system(), contact) {
-                self.gradient.points[point] += contact.normal * (sign * contact.force * weight);
+            for (point, weights) in problem.contact().places(problem.system(), contact) {
+                self.gradient.points[point] += contact.normal * (sign * contact.force * weights.u);
             }
         }
         if any {

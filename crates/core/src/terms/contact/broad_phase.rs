@@ -3,7 +3,7 @@
 use super::distance_cache::CachedDistance;
 use super::follow::arc_of;
 use super::term::{ContactTerm, SPACING};
-use crate::conditions::System;
+use crate::conditions::{Against, System};
 use crate::{State, Vector};
 
 /// Reach of the search around a contact point, in radii.
@@ -53,7 +53,7 @@ impl ContactTerm {
             cached.clear();
             let mut safe = f64::INFINITY;
             for (o, obstacle) in network.obstacles.iter().enumerate() {
-                if point.follows.is_some_and(|followed| followed as usize != o) {
+                if point.follows.is_some_and(|followed| followed != Against::Obstacle(o)) {
                     continue;
                 }
                 let own = system.conditions.contact.poses[o].local(&x);

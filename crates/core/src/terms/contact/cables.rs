@@ -1,21 +1,22 @@
 //! Contact between cables, including self-contact.
 //!
 //! The distance of a contact point from the centre line of another cable must be at least the sum of both radii. The
-//! nearest point there is recomputed in every evaluation, so only friction resists sliding. Every cable has contact
-//! points, so each contact is evaluated from both cables. Parts of the harness that are less than [`APART`] sums of
-//! both radii apart along the cable are not considered. Cables that overlap at the start of a run (arms that leave a
-//! joint side by side) may overlap as far until they have separated; cables that constraints hold in overlap
+//! nearest point there is recomputed in every evaluation. Every cable has contact points, so each contact is evaluated
+//! from both cables; [`super::crossing`] says how where they cross. Parts of the harness that are less than [`APART`]
+//! sums of both radii apart along the cable are not considered. Cables that overlap at the start of a run (arms that
+//! leave a joint side by side) may overlap as far until they have separated; cables that constraints hold in overlap
 //! ([`super::held`]) may do so as long as they are held.
 
 use super::continuous::{self, meeting};
+use super::crossing::{COINCIDENT, CablePlace};
 use super::evaluate::inequality;
+use super::follow::WINDOW;
 use super::pairs::{Cables, Pair, nearest_on};
-use super::term::{APPROACHING, Contact, ContactTerm, DEPTH, Sliding, Touched};
-use crate::conditions::{ContactPoint, ContactRecord, Overlap, Partner, System};
+use super::term::{APPROACHING, Contact, ContactTerm, Touched};
+use crate::conditions::{Against, ContactPoint, ContactRecord, Overlap, Partner, System};
 use crate::network::{APART, Branch, BranchEnd, next_id};
-use crate::rotation::orthogonal;
 use crate::variable::Variable;
-use crate::{Matrix, Network, State, Vector};
+use crate::{Network, State, Vector};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 
@@ -24,14 +25,6 @@ const MARGIN: f64 = 2.0;
 /// Distance, in sums of both radii, below which pairs are in the pattern of the matrix: larger than that of pairs that
 /// may touch after a step.
 const COUPLED: f64 = 2.0;
-/// Depth between contact points, in sums of both radii, above which one is added where two cables cross.
-const CROSSING: f64 = 4.0 * DEPTH;
-/// Least distance of an added contact point from its neighbours, as a fraction of the distance between them.
-const NEAR_POINT: f64 = 0.02;
-/// Lower bound of the distance, in sums of both radii, in the curvature of the distance, which is unbounded at zero.
-const COINCIDENT: f64 = 1e-6;
-/// Squared sine of the angle below which segments count as parallel.
-const PARALLEL: f64 = 1e-3;
 
 impl ContactTerm {
     /// Distance along the harness between a place of one branch and one of another, m; infinite beyond the reach of the
@@ -91,7 +84,7 @@ impl ContactTerm {
         let mut found: Vec<(u32, u32, f64)> = Vec::new();
         // Segments around a cell: those of the last contact point are mostly those of the next one, too.
         let (mut around, mut inside) = (None, Vec::new());
-        for (index, point) in self.points.iter().enumerate().filter(|(_, point)| point.follows.is_none()) {
+        for (index, point) in self.points.iter().enumerate() {
             let x = point.position(network, state);
             let radius = 0.5 * network.branches[point.branch].section.diameter;
             let s = arcs[point.branch][point.segment];
@@ -105,6 +98,9 @@ impl ContactTerm {
             }
             found.clear();
             found.extend(inside.iter().filter_map(|&&Segment { branch: b, index: j, middle, half }| {
+                if point.follows.is_some_and(|followed| followed != Against::Branch(b)) {
+                    return None;
+                }
                 let both = radius + 0.5 * network.branches[b].section.diameter;
                 let reach = both + margin;
                 if (x - middle).norm_squared() > SURELY * (reach + half) * (reach + half) {
@@ -240,7 +236,7 @@ impl ContactTerm {
     }
 
     /// Least permitted distance of a contact point from a segment (indices of branch and segment) of another cable, m.
-    fn least_distance(
+    pub(super) fn least_distance(
         &self,
         system: System<'_>,
         state: &State,
@@ -279,10 +275,12 @@ impl ContactTerm {
         let mut records = &system.conditions.contact.records[..];
         for pair in &cables.pairs {
             let reach = (1.0 + APPROACHING) * pair.both;
-            if cables.nearest(pair) > reach + pull {
+            let point = &self.points[pair.point as usize];
+            // One that follows may be as much nearer.
+            let way = if point.follows.is_some() { WINDOW * pair.both } else { 0.0 };
+            if cables.nearest(pair) > reach + pull + way {
                 continue;
             }
-            let point = &self.points[pair.point as usize];
             let x = point.position(system.network, state);
             let first = self.penalties[point.branch];
             while let [record, later @ ..] = records
@@ -297,43 +295,35 @@ impl ContactTerm {
                 let record = own.into_iter().find(|record| record.partner == partner);
                 let (b, j) = (pair.branch as usize, segment as usize);
                 let (from, to) = (cables.nodes[start + j], cables.nodes[start + j + 1]);
-                let (fraction, place) = nearest_on(&x, &from, &to);
-                if record.is_none() && (x - place).norm_squared() > SURELY * reach * reach {
+                let (_, place) = nearest_on(&x, &from, &to);
+                if record.is_none() && (x - place).norm_squared() > SURELY * (reach + way) * (reach + way) {
                     continue;
                 }
                 let rho = first * record.map_or(1.0, |record| record.penalty);
                 let lambda = record.map_or(0.0, |record| record.multiplier);
-                let distance = (x - place).norm();
                 let least = self.overlap_distance(system, pair.point, pair.branch, pair.both);
                 let held = self.distance_beside_held(system, state, pair.point, (b, j), pair.both);
                 let radius = held.map_or(least, |held| held.min(least));
-                let gap = distance - radius;
+                let place = self.cable_place(system, state, (pair.point, &x), ((b, j), [from, to]), pair.both);
+                let CablePlace { fraction, position, other, normal, curvature, slides, .. } = place;
+                let gap = place.distance + place.held - radius;
                 let (e, force) = inequality(gap, lambda, rho);
                 energy += e + 0.5 * lambda * lambda / rho;
                 if force == 0.0 && gap > APPROACHING * radius {
                     continue;
                 }
-                // Coincident centre lines: any orthogonal direction is a normal.
-                let normal = if distance > 0.0 { (x - place) / distance } else { orthogonal(&(to - from).normalize()) };
-                let mut across = Matrix::identity() - normal * normal.transpose();
-                let sliding = (fraction > 0.0 && fraction < 1.0).then(|| {
-                    let length = (to - from).norm();
-                    let direction = (to - from) / length;
-                    across -= direction * direction.transpose();
-                    Sliding { by_motion: direction / length, by_turn: distance / (length * length) }
-                });
                 let contact = Contact {
                     point: pair.point,
-                    fraction: point.fraction,
+                    fraction,
                     partner,
-                    other: Some(Touched { first: start + j, fraction }),
-                    on_edge: false,
-                    sliding,
-                    position: x,
+                    other: Some(Touched { first: start + j, fraction: other }),
+                    on_edge: place.on_crossing,
+                    slides,
+                    position,
                     gap,
                     radius,
                     normal,
-                    curvature: across / distance.max(COINCIDENT * radius),
+                    curvature,
                     force: lambda - rho * gap,
                     penalty: rho,
                 };
@@ -343,47 +333,12 @@ impl ContactTerm {
         energy
     }
 
-    /// Adds contact points where the straight piece from a contact point to the next one on its segment crosses another
-    /// segment at less than the permitted distance.
-    pub(super) fn crossings(
-        &self,
-        system: System<'_>,
-        state: &State,
-        pair: &Pair,
-        next: f64,
-        found: &mut Vec<ContactPoint>,
-    ) {
-        let point = self.points[pair.point as usize];
-        let at = |fraction: f64| (ContactPoint { fraction, ..point }).position(system.network, state);
-        let (p, d) = (at(point.fraction), at(next) - at(point.fraction));
-        for segment in pair.segments.0..=pair.segments.1 {
-            let radius = self.least_distance(system, state, pair.point, (pair.branch, segment), pair.both);
-            let (b, j) = (pair.branch as usize, segment as usize);
-            let (q, e) = (
-                Self::node(system.network, state, b, j),
-                Self::node(system.network, state, b, j + 1) - Self::node(system.network, state, b, j),
-            );
-            // Nearest points p + t d and q + s e of two lines.
-            let (dd, de, ee, r) = (d.norm_squared(), d.dot(&e), e.norm_squared(), q - p);
-            let square = dd * ee - de * de;
-            if square < PARALLEL * dd * ee {
-                continue;
-            }
-            let t = (ee * d.dot(&r) - de * e.dot(&r)) / square;
-            let s = (de * d.dot(&r) - dd * e.dot(&r)) / square;
-            let inside = t > NEAR_POINT && t < 1.0 - NEAR_POINT && (0.0..=1.0).contains(&s);
-            if inside && (p + d * t - q - e * s).norm() < radius * (1.0 - CROSSING) {
-                found.push(ContactPoint { fraction: point.fraction + (next - point.fraction) * t, ..point });
-            }
-        }
-    }
-
     /// Overlaps of cables at `state`, as permitted ones.
     pub fn overlaps(&mut self, system: System<'_>, state: &State) -> Vec<Overlap> {
         self.cables.search_again();
         self.search_pairs(system, state);
         let mut overlaps: Vec<Overlap> = Vec::new();
-        for pair in &self.cables.pairs {
+        for pair in self.cables.pairs.iter().filter(|pair| self.points[pair.point as usize].follows.is_none()) {
             let x = self.points[pair.point as usize].position(system.network, state);
             let distance = self.distance(system, state, pair, &x);
             if distance >= pair.both {
@@ -442,6 +397,9 @@ impl ContactTerm {
                 continue;
             }
             let point = &self.points[pair.point as usize];
+            if point.follows.is_some() {
+                continue;
+            }
             let (a, b) = (point.position(network, from), point.position(network, to));
             let own = b - a;
             let distance = self.distance(system, from, pair, &a);

@@ -65,18 +65,15 @@ impl ContactTerm {
     /// Calls `visit` with the violation of every contact and record at the last evaluated state, in units of the
     /// tolerance.
     fn for_violations(&self, system: System<'_>, state: &State, mut visit: impl FnMut(f64, u32, Partner, Lack)) {
-        let at_bodies = self.found.iter().any(|contact| contact.partner.obstacle().is_some());
-        let bends = if at_bodies { Self::bends(system, state) } else { Vec::new() };
+        let bends = if self.found.is_empty() { Vec::new() } else { Self::bends(system, state) };
         let records = &system.conditions.contact.records;
         let found = &self.found;
         let largest = found.iter().map(|c| c.force).fold(0.0, f64::max);
         for contact in found {
             let (point, partner, gap) = (contact.point, contact.partner, contact.gap);
             visit(gap.abs() / (DEPTH * contact.radius), point, partner, Lack::Depth(-gap));
-            if partner.obstacle().is_some() {
-                let stale = Self::stale(system, contact, self.point(point), &bends);
-                visit(stale / (DEPTH * contact.radius), point, partner, Lack::Depth(stale));
-            }
+            let stale = Self::stale(system, contact, self.point(point), &bends);
+            visit(stale / (DEPTH * contact.radius), point, partner, Lack::Depth(stale));
             if system.friction_coefficient(partner) > 0.0 {
                 let anchor = system
                     .conditions

@@ -1,6 +1,6 @@
 //! Energy of contact, and its first and second derivatives.
 
-use super::term::{APPROACHING, Contact, ContactTerm, HeldDepth, RUN_OUT, Sliding, Touched};
+use super::term::{APPROACHING, Contact, ContactTerm, HeldDepth, RUN_OUT, Slides, Sliding, Touched};
 use crate::conditions::{ContactPoint, ContactRecord, Partner, System};
 use crate::constraint::Action;
 use crate::network::Place;
@@ -13,6 +13,15 @@ use crate::{Matrix, State, Tangent};
 pub fn inequality(gap: f64, lambda: f64, rho: f64) -> (f64, f64) {
     let mu = (lambda - rho * gap).max(0.0);
     ((mu * mu - lambda * lambda) / (2.0 * rho), mu)
+}
+
+/// Weights of a point in the motions on which φ at a contact depends to second order.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Weights {
+    /// In u, the motion of the contact point relative to the contact place.
+    pub u: f64,
+    /// In w of the segment of the partner, and in z of its own (`ContactTerm::hessian`).
+    pub w: [f64; 2],
 }
 
 impl ContactTerm {
@@ -73,14 +82,14 @@ impl ContactTerm {
                     let r = pose.orientation.to_rotation_matrix();
                     let normal = r * touch.normal;
                     let mut curvature = r.matrix() * touch.curvature * r.matrix().transpose();
-                    let sliding = place.sliding(&normal, &mut curvature);
+                    let slides = Slides { on_own: place.sliding(&normal, &mut curvature), ..Slides::default() };
                     let contact = Contact {
                         point: index,
                         fraction,
                         partner,
                         other: None,
                         on_edge,
-                        sliding,
+                        slides,
                         position,
                         gap,
                         radius,
@@ -121,10 +130,12 @@ impl ContactTerm {
     /// with `convex` without the indefinite geometric parts. The second derivatives of the levers of tied points are
     /// not included.
     ///
-    /// The second variation is `ρ (n·u)² − μ δ²φ` with u the motion of the contact point relative to the
-    /// contact place and, where one of the two is that of least φ along a segment e from a to b, `w = δb − δa`: with
-    /// K = ∂²φ/∂x² and k = e·K e it is `δ²φ = u·K u − (e·K u + n·w)²/k`. The last part comes from the motion of that
-    /// place along the segment. Between cables K e/k is t/L, and 1/k is φ/L² (length L, direction t).
+    /// The second variation is `ρ (n·u)² − μ δ²φ` with u the motion of the contact point relative to the contact place.
+    /// Where one of the two is that of least φ along a segment e from a to b, with `w = δb − δa`, K = ∂²φ/∂x² and
+    /// k = ∂²φ/∂t² along it, `δ²φ = u·K u − (e·K u + n·w)²/k`: the last part comes from the motion of that place along
+    /// the segment; k = e·e/φ between straight cables. Where both places move, first that on the partner (e, w, k) is
+    /// eliminated, which leaves `M = K − K e eᵀ K/k`, then that on the own segment (f, z, l), with
+    /// `(f·M u + n·z − (f·K e/k) n·w)²/l`.
     pub fn hessian(&mut self, system: System<'_>, state: &State, convex: bool, blocks: &mut Vec<Block>) {
         self.energy(system, state);
         for contact in &self.found {
@@ -133,15 +144,20 @@ impl ContactTerm {
             if !convex {
                 uu -= contact.curvature * mu;
             }
-            let (uw, ww) = match contact.sliding {
-                Some(Sliding { by_motion, by_turn }) => {
-                    let uw = if convex { Matrix::zeros() } else { by_motion * n.transpose() * mu };
-                    (uw, n * n.transpose() * (mu * by_turn))
+            let parts = [contact.slides.on_partner, contact.slides.on_own].map(|sliding| {
+                let Sliding { by_motion, by_turn } = sliding?;
+                let uw = if convex { Matrix::zeros() } else { by_motion * n.transpose() * mu };
+                Some((uw, n * n.transpose() * (mu * by_turn)))
+            });
+            let of = |p: &Weights, q: &Weights| {
+                let mut block = uu * (p.u * q.u);
+                for (k, part) in parts.iter().enumerate() {
+                    let Some((uw, ww)) = part else { continue };
+                    let (w, z) = (p.w[k], q.w[k]);
+                    block += uw * (p.u * z) + uw.transpose() * (w * q.u) + ww * (w * z);
                 }
-                None => (Matrix::zeros(), Matrix::zeros()),
+                block
             };
-            let of =
-                |u: f64, v: f64, w: f64, z: f64| uu * (u * v) + uw * (u * z) + uw.transpose() * (w * v) + ww * (w * z);
             self.add_blocks(system, state, &self.places(system, contact), of, blocks);
         }
     }
@@ -153,18 +169,19 @@ impl ContactTerm {
         [(i, 1.0 - fraction), (i + 1, fraction)]
     }
 
-    /// The points on which a contact depends, each with its weights in u and w; unused entries have zero weights.
-    pub fn places(&self, system: System<'_>, contact: &Contact) -> [(usize, f64, f64); 4] {
+    /// The points on which a contact depends, with their weights; unused entries have none.
+    pub fn places(&self, system: System<'_>, contact: &Contact) -> [(usize, Weights); 4] {
         let [(a, u), (b, v)] = self.support(system, contact.point, contact.fraction);
-        match contact.other {
-            Some(Touched { first, fraction }) => {
-                [(a, u, 0.0), (b, v, 0.0), (first, fraction - 1.0, -1.0), (first + 1, -fraction, 1.0)]
-            }
-            None => {
-                let w = if contact.sliding.is_some() { 1.0 } else { 0.0 };
-                [(a, u, -w), (b, v, w), (0, 0.0, 0.0), (0, 0.0, 0.0)]
-            }
+        let Slides { on_own, drift, .. } = contact.slides;
+        let own = if on_own.is_some() { 1.0 } else { 0.0 };
+        let mut places = [(0, Weights::default()); 4];
+        places[0] = (a, Weights { u, w: [0.0, -own] });
+        places[1] = (b, Weights { u: v, w: [0.0, own] });
+        if let Some(Touched { first, fraction }) = contact.other {
+            places[2] = (first, Weights { u: fraction - 1.0, w: [-1.0, drift] });
+            places[3] = (first + 1, Weights { u: -fraction, w: [1.0, -drift] });
         }
+        places
     }
 
     /// The independent variables on which a point depends, and its derivatives in them; `−R [o]ₓ` in the frame of a
@@ -180,20 +197,20 @@ impl ContactTerm {
         [Some((Variable::Point(tie.hub_point), Matrix::identity())), lever]
     }
 
-    /// Adds second derivatives in the positions of `points`, each with its weights in u and w, as blocks of the
-    /// independent variables; `of` returns the block of two points from their weights.
+    /// Adds second derivatives in the positions of `points` as blocks of the independent variables; `of` returns the
+    /// block of two points from their weights.
     pub fn add_blocks(
         &self,
         system: System<'_>,
         state: &State,
-        points: &[(usize, f64, f64)],
-        of: impl Fn(f64, f64, f64, f64) -> Matrix,
+        points: &[(usize, Weights)],
+        of: impl Fn(&Weights, &Weights) -> Matrix,
         blocks: &mut Vec<Block>,
     ) {
-        let weighted = || points.iter().filter(|(_, u, w)| *u != 0.0 || *w != 0.0);
-        for (p, u, w) in weighted() {
-            for (q, v, z) in weighted() {
-                let h = of(*u, *v, *w, *z);
+        let weighted = || points.iter().filter(|(_, weights)| *weights != Weights::default());
+        for (p, first) in weighted() {
+            for (q, second) in weighted() {
+                let h = of(first, second);
                 for (row, a) in self.columns(system, state, *p).into_iter().flatten() {
                     for (column, b) in self.columns(system, state, *q).into_iter().flatten() {
                         blocks.push(Block { row, column, matrix: a.transpose() * h * b });

@@ -16,13 +16,13 @@
 use super::distance_cache::CachedDistance;
 use super::term::{Contact, ContactTerm, Sliding};
 use crate::arc::Arc;
-use crate::conditions::{ContactPoint, System};
+use crate::conditions::{ContactPoint, Partner, System};
 use crate::obstacle::{Shape, Touch};
 use crate::{Matrix, State, Vector};
 
 /// How far a contact place goes from its contact point along the cable, in radii: less than the margin of the cache of
 /// obstacles.
-const WINDOW: f64 = 0.9;
+pub(super) const WINDOW: f64 = 0.9;
 /// Curvature, in units of 1/R, of a parabola that holds a contact place to its contact point: it does not jump from one
 /// end of a flat face to the other. So much of the normal force per radius of their distance resists sliding.
 const HOLD: f64 = 0.01;
@@ -42,12 +42,13 @@ const LEVEL: f64 = 1e-13;
 /// Slope of φ along the segment below which a surface is the one that is nearest there.
 const STATIONARY: f64 = 1e-9;
 /// Curvature of a surface, in units of 1/R, above which it is an edge.
-const SHARP: f64 = 0.02;
+pub(super) const SHARP: f64 = 0.02;
 /// Share of it that is left when the curvature of the cable is taken from it, on an edge: where more is taken the cable
 /// is wrapped round the body.
 const UNWRAPPED: f64 = 0.5;
-/// Depth, in radii, by which a place must be deeper than one that follows.
-const NEARER: f64 = 1e-6;
+/// Depth, in radii, by which a place must be deeper than other contact points, also than one that follows, to get one
+/// that follows.
+pub(super) const FOLLOWED: f64 = 1e-4;
 /// How far a surface is searched for, in radii.
 const REACH: f64 = 2.0 + WINDOW;
 
@@ -62,23 +63,34 @@ impl ContactTerm {
         bends
     }
 
-    /// Distance, m, by which a contact place would move along its normal if x″ were that at `state`.
+    /// Distance, m, by which the gap of a contact would change if x″ were that at `state`.
     pub(super) fn stale(system: System<'_>, contact: &Contact, point: &ContactPoint, bends: &[Vector]) -> f64 {
-        let branch = &system.network.branches[point.branch];
-        let (i, t) = (branch.points.start + point.segment, contact.fraction);
-        let known = |i: usize| system.conditions.contact.bends.get(i).copied().unwrap_or_default();
-        let [a, b] = [i, i + 1].map(|i| bends[i] - known(i));
-        let square = branch.rod.mesh().rest_lengths[point.segment].powi(2);
-        contact.normal.dot(&(a * (1.0 - t) + b * t)).abs() * (0.5 * square * t * (1.0 - t))
+        let beside = |branch: usize, segment: usize, t: f64| {
+            let branch = &system.network.branches[branch];
+            let i = branch.points.start + segment;
+            let known = |i: usize| system.conditions.contact.bends.get(i).copied().unwrap_or_default();
+            let [a, b] = [i, i + 1].map(|i| bends[i] - known(i));
+            let square = branch.rod.mesh().rest_lengths[segment].powi(2);
+            contact.normal.dot(&(a * (1.0 - t) + b * t)) * (0.5 * square * t * (1.0 - t))
+        };
+        let own = || beside(point.branch, point.segment, contact.fraction);
+        match (contact.partner, &contact.other) {
+            (Partner::Cable { branch, segment }, Some(touched)) => {
+                let other = (branch as usize, segment as usize);
+                let crosses = system.conditions.contact.cross((point.branch, point.segment), other);
+                if crosses { (own() - beside(other.0, other.1, touched.fraction)).abs() } else { 0.0 }
+            }
+            _ => own().abs(),
+        }
     }
 
-    /// Whether a contact place that follows the same obstacle is on the same segment, and as near.
+    /// Whether a contact place that follows the same thing is on the same segment, and as near.
     pub(super) fn has_follower(&self, place: &ContactPoint, distance: f64) -> bool {
         self.found.iter().any(|contact| {
             let point = &self.points[contact.point as usize];
             let is_beside = (point.branch, point.segment) == (place.branch, place.segment);
             let follows = point.follows.is_some() && point.follows == place.follows;
-            is_beside && follows && contact.gap + contact.radius <= distance + NEARER * contact.radius
+            is_beside && follows && contact.gap + contact.radius <= distance + FOLLOWED * contact.radius
         })
     }
 
@@ -87,16 +99,15 @@ impl ContactTerm {
     pub fn followed(&self, system: System<'_>, state: &State) -> Option<Vec<ContactPoint>> {
         let mut extra = self.points[self.own..].to_vec();
         let mut changes = false;
-        for contact in &self.found {
-            let Some(k) = (contact.point as usize).checked_sub(self.own) else { continue };
-            if extra[k].follows.is_none() {
-                continue;
-            }
-            let way = (contact.fraction - extra[k].fraction).abs() * arc_of(system, state, &extra[k]).edge().norm();
-            changes |= !contact.on_edge || way > FAR * contact.radius;
-            extra[k].fraction = contact.fraction;
+        for (k, point) in extra.iter_mut().enumerate().filter(|(_, point)| point.follows.is_some()) {
+            let own = self.found.iter().filter(|contact| contact.point as usize == self.own + k);
+            let Some(contact) = own.max_by(|a, b| a.force.total_cmp(&b.force)) else { continue };
+            let way = (contact.fraction - point.fraction).abs() * arc_of(system, state, point).edge().norm();
+            let radius = 0.5 * system.network.branches[point.branch].section.diameter;
+            changes |= !contact.on_edge || way > FAR * radius;
+            point.fraction = contact.fraction;
             if !contact.on_edge {
-                extra[k].follows = None;
+                point.follows = None;
             }
         }
         changes.then_some(extra)
@@ -122,29 +133,24 @@ impl ContactTerm {
         if point.follows.is_none() && beside.norm() <= SAME * radius {
             return stays(chord);
         }
-        let along = Along { shape, arc: arc.seen_from(pose), reach: REACH * radius };
-        if cached.is_beyond(&along.arc.at(point.fraction), along.reach) {
+        let reach = REACH * radius;
+        let nearest = |x: &Vector| nearest_part(shape, reach, x);
+        let along = Along { nearest: &nearest, arc: arc.seen_from(pose) };
+        if cached.is_beyond(&along.arc.at(point.fraction), reach) {
             return stays(chord);
         }
         if point.follows.is_none() {
             // Of chord and arc the one that is farther from the body counts.
             let recess = if (index as usize) < self.own { RECESS } else { 0.0 };
-            let normal = along.nearest(&pose.local(&chord)).map(|touch| pose.orientation * touch.normal);
+            let normal = nearest(&pose.local(&chord)).map(|touch| pose.orientation * touch.normal);
             let is_arc = normal.is_some_and(|normal| normal.dot(&beside) > 0.0);
             return stays(if is_arc { chord + beside * (1.0 + recess) } else { chord });
         }
-        let (window, hold) = (WINDOW * radius / length, HOLD * length * length / radius);
-        let range = [(point.fraction - window).max(0.0), (point.fraction + window).min(1.0)];
-        let Some((fraction, profile)) = along.least(point.fraction, range, hold) else {
-            return stays(chord + beside);
-        };
-        let held = 0.5 * hold * (fraction - point.fraction).powi(2);
-        let profile = Some(profile);
-        ContactPlace { fraction, position: arc.at(fraction), held, profile, tangent: arc.tangent(fraction) }
+        along.followed(&arc, point.fraction, radius, length).unwrap_or_else(|| stays(chord + beside))
     }
 }
 
-/// Where a contact point may touch an obstacle.
+/// Where a contact point may touch something.
 pub(super) struct ContactPlace {
     /// Place on the segment as a fraction of its length.
     pub(super) fraction: f64,
@@ -175,20 +181,38 @@ impl ContactPlace {
 
 /// Arc of the segment of a contact point.
 pub(super) fn arc_of(system: System<'_>, state: &State, point: &ContactPoint) -> Arc {
-    let branch = &system.network.branches[point.branch];
-    let i = branch.points.start + point.segment;
-    let [start, end] = [i, i + 1].map(|i| state.points[i] + state.compensation[i]);
-    let bends = system.conditions.contact.bends.get(i..=i + 1);
-    let bends = bends.map_or([Vector::zeros(); 2], |bends| [bends[0], bends[1]]);
-    Arc::new(start, end, branch.rod.mesh().rest_lengths[point.segment], bends)
+    let i = system.network.branches[point.branch].points.start + point.segment;
+    let ends = [i, i + 1].map(|i| state.points[i] + state.compensation[i]);
+    arc_between(system, (point.branch, point.segment), ends)
 }
 
-/// An arc beside an obstacle, in its axes.
+/// Arc of a segment of a branch between these nodes, m.
+pub(super) fn arc_between(system: System<'_>, (branch, segment): (usize, usize), [start, end]: [Vector; 2]) -> Arc {
+    let branch = &system.network.branches[branch];
+    let i = branch.points.start + segment;
+    let bends = system.conditions.contact.bends.get(i..=i + 1);
+    let bends = bends.map_or([Vector::zeros(); 2], |bends| [bends[0], bends[1]]);
+    Arc::new(start, end, branch.rod.mesh().rest_lengths[segment], bends)
+}
+
+/// The part of a surface nearest to a point, up to `reach`, m.
+pub(super) fn nearest_part(shape: &dyn Shape, reach: f64, x: &Vector) -> Option<Touch> {
+    let mut least: Option<Touch> = None;
+    shape.touches(x, reach, &mut |touch| {
+        if least.as_ref().is_none_or(|least| touch.distance < least.distance) {
+            least = Some(touch);
+        }
+    });
+    least
+}
+
+/// An arc beside something.
+#[derive(Clone, Copy)]
 pub(super) struct Along<'a> {
-    pub(super) shape: &'a dyn Shape,
+    /// What of it is nearest to a point; `None` if it is out of reach.
+    pub(super) nearest: &'a dyn Fn(&Vector) -> Option<Touch>,
+    /// The arc, in the same axes.
     pub(super) arc: Arc,
-    /// How far the surface is searched for, m.
-    pub(super) reach: f64,
 }
 
 /// φ along an arc, t from 0 to 1.
@@ -215,20 +239,24 @@ impl Profile {
 }
 
 impl Along<'_> {
-    /// Nearest part of the surface.
-    fn nearest(&self, x: &Vector) -> Option<Touch> {
-        let mut least: Option<Touch> = None;
-        self.shape.touches(x, self.reach, &mut |touch| {
-            if least.as_ref().is_none_or(|least| touch.distance < least.distance) {
-                least = Some(touch);
-            }
-        });
-        least
+    /// Contact place that follows from `start`: the fraction to which φ decreases along the arc, held by a parabola;
+    /// `line` is the arc in the axes of the world, `radius` that of the cable and `length` that of its segment, m.
+    pub(super) fn followed(&self, line: &Arc, start: f64, radius: f64, length: f64) -> Option<ContactPlace> {
+        let (window, hold) = (WINDOW * radius / length, HOLD * length * length / radius);
+        let range = [(start - window).max(0.0), (start + window).min(1.0)];
+        let (fraction, profile) = self.least(start, range, hold)?;
+        Some(ContactPlace {
+            fraction,
+            position: line.at(fraction),
+            held: 0.5 * hold * (fraction - start).powi(2),
+            profile: Some(profile),
+            tangent: line.tangent(fraction),
+        })
     }
 
-    /// φ at a fraction of the arc; `None` if the obstacle is out of reach.
+    /// φ at a fraction of the arc; `None` if it is out of reach.
     pub(super) fn at(&self, t: f64) -> Option<Profile> {
-        let touch = self.nearest(&self.arc.at(t))?;
+        let touch = (self.nearest)(&self.arc.at(t))?;
         let (tangent, bend) = (self.arc.tangent(t), self.arc.bend(t));
         let bends = [tangent.dot(&(touch.curvature * tangent)), touch.normal.dot(&bend)];
         let stiffness = bends[0] + bends[1];
@@ -252,7 +280,7 @@ impl Along<'_> {
     }
 
     /// Fraction in `range` to which `φ + ½ hold (t − start)²` decreases from `start`, and φ there; `None` if the
-    /// obstacle is out of reach. Newton's method, with bisections where it leaves the bracket.
+    /// body is out of reach. Newton's method, with bisections where it leaves the bracket.
     fn least(&self, start: f64, [first, last]: [f64; 2], hold: f64) -> Option<(f64, Profile)> {
         let level = LEVEL * self.arc.edge().norm();
         let mut own = self.at(start)?;

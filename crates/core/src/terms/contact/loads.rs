@@ -2,21 +2,12 @@
 
 use super::term::{Contact, ContactTerm};
 use crate::Vector;
-use crate::conditions::{Partner, System};
+use crate::conditions::{Against, Partner, System};
 use std::collections::BTreeMap;
 
 /// Gap, in radii, up to which the nodes of a segment are reported where contact takes them to be: more than results
 /// refine nodes by elsewhere, so that no gap becomes an overlap.
 const NEARLY: f64 = 0.1;
-
-/// What a branch touches, by index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Against {
-    /// An obstacle.
-    Obstacle(usize),
-    /// A branch, which may be itself.
-    Branch(usize),
-}
 
 /// Load of an obstacle on the harness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,15 +1,13 @@
 //! Refinement: contact points added where the penetration between two of them is deeper.
 
 use super::distance_cache::CachedDistance;
-use super::follow::{Along, RECESS, arc_of};
+use super::follow::{Along, FOLLOWED, RECESS, arc_of, nearest_part};
 use super::term::ContactTerm;
-use crate::State;
-use crate::conditions::{ContactPoint, System};
+use crate::conditions::{Against, ContactPoint, System};
+use crate::{State, Vector};
 
 /// Depth between contact points, in radii, above which one is added; it must be deeper than both neighbours by as much.
 const TOLERATED: f64 = 1e-3;
-/// The same of one that follows.
-const FOLLOWED: f64 = 1e-4;
 /// Least distance of an added contact point that stays from others, as a fraction of the distance between its
 /// neighbours.
 const APART: f64 = 0.1;
@@ -25,8 +23,8 @@ impl ContactTerm {
         let mut found: Vec<ContactPoint> = Vec::new();
         for pair in &self.cables.pairs {
             let point = self.points[pair.point as usize];
-            if point.fraction < 1.0 {
-                self.crossings(system, state, pair, self.next[pair.point as usize], &mut found);
+            if point.fraction < 1.0 && point.follows.is_none() {
+                self.crossings_of(system, state, pair, self.next[pair.point as usize], &mut found);
             }
         }
         for &index in &self.near {
@@ -88,7 +86,8 @@ impl ContactTerm {
         let radius = self.touch_radius(system, state, point, cached.obstacle);
         let line = arc_of(system, state, point).seen_from(pose);
         let length = line.edge().norm() * (next - point.fraction);
-        let chord = Along { shape: &*obstacle.shape, arc: line.chord(), reach: 2.0 * radius + length };
+        let nearest = |x: &Vector| nearest_part(&*obstacle.shape, 2.0 * radius + length, x);
+        let chord = Along { nearest: &nearest, arc: line.chord() };
         let arc = Along { arc: line, ..chord };
         // φ decreases by no more than the distance.
         let least = radius * (1.0 - TOLERATED);
@@ -104,7 +103,7 @@ impl ContactTerm {
         let distance = |t: f64| Some(chord.at(t)?.distance.max(arc.at(t)?.distance));
         let [first, last] = [distance(point.fraction)?, distance(next)?];
         let (follows, tolerated, apart) = match edge {
-            Some(_) => (Some(cached.obstacle), FOLLOWED, 0.0),
+            Some(_) => (Some(Against::Obstacle(o)), FOLLOWED, 0.0),
             None => (None, TOLERATED, APART * (next - point.fraction)),
         };
         let tolerated = tolerated * radius + RECESS * line.beside(t).norm();

@@ -37,11 +37,9 @@ pub struct Contact {
     pub partner: Partner,
     /// Contact place on the partner, if it is a cable.
     pub(crate) other: Option<Touched>,
-    /// Whether it follows, on an edge of an obstacle.
+    /// Whether it follows, on an edge of an obstacle or where cables cross.
     pub(super) on_edge: bool,
-    /// How the contact place moves along a segment, of the partner if it is a cable, else of its own; `None` if it does
-    /// not.
-    pub(super) sliding: Option<Sliding>,
+    pub(super) slides: Slides,
     /// Position of the contact place, m.
     pub position: Vector,
     /// −c, m: distance of the surfaces.
@@ -65,6 +63,18 @@ pub(crate) struct Touched {
     pub(crate) first: usize,
     /// Position on the segment as a fraction of its length.
     pub(crate) fraction: f64,
+}
+
+/// How the contact places move along their segments.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Slides {
+    /// Along that of the partner, if it is a cable.
+    pub(super) on_partner: Option<Sliding>,
+    /// Along its own, if it follows.
+    pub(super) on_own: Option<Sliding>,
+    /// Way of the place on the partner, as a fraction of its segment, with that on the own segment at rest of the
+    /// nodes.
+    pub(super) drift: f64,
 }
 
 /// Contact place that is where φ is least along a segment, between its ends. With e the segment and K = ∂²φ/∂x² the
