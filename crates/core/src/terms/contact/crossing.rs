@@ -1,10 +1,10 @@
 //! Where a contact point touches another cable.
 //!
-//! Where cables cross they touch on the arcs of their segments (see `follow`): as a polygon each would catch on the other
-//! one at its corners. Without friction the point that is added there follows the place where the two arcs are nearest
-//! to each other; so that it is one place, only the lower one of the two segments follows. Cables that lie side by side,
-//! nearly parallel or wrapped round each other, touch on the chords: on smooth lines the points of both would bear the
-//! same load, now these, now those.
+//! Where cables cross they touch on the arcs of their segments (see `follow`): as a polygon each would catch on the
+//! other one at its corners. Without friction the point that is added there follows the place where the two arcs are
+//! nearest to each other; so that it is one place, only the lower one of the two segments follows. Cables that lie side
+//! by side, nearly parallel or wrapped round each other, touch on the chords: on smooth lines the points of both would
+//! bear the same load, now these, now those.
 
 use super::follow::{Along, ContactPlace, FOLLOWED, SHARP, arc_between, arc_of};
 use super::pairs::Pair;
@@ -24,8 +24,8 @@ pub(super) const COINCIDENT: f64 = 1e-6;
 /// Share of the second derivative of the distance that is left when curvatures are taken from it, where cables cross:
 /// where more is taken one is wrapped round the other.
 const CROSSED: f64 = 0.7;
-/// Depth, in sums of both radii, by which points that stay may lie in a cable that crosses without friction: the one that
-/// follows bears alone, and they do not catch on it.
+/// Depth, in sums of both radii, by which points that stay may lie in a cable that crosses without friction: the one
+/// that follows bears alone, and they do not catch on it.
 const ASIDE: f64 = 1e-3;
 /// Squared sine of the angle below which segments count as parallel.
 const PARALLEL: f64 = 1e-3;
@@ -94,8 +94,9 @@ fn lowest([own, other]: [&Arc; 2], ends: [f64; 2], radius: f64) -> Option<(f64, 
 }
 
 /// Whether two segments (branch, segment) cross: they are not nearly parallel, and neither is wrapped round the other.
-/// With unit tangents at the angle α, the distance φ and curvatures κ and η towards each other the second derivatives of
-/// the distance along both are a = 1/φ − κ, c = 1/φ − η and b = cos α/φ; straight cables have (a c − b²)/c = sin²α/φ.
+/// With unit tangents at the angle α, the distance φ and curvatures κ and η towards each other the second derivatives
+/// of the distance along both are a = 1/φ − κ, c = 1/φ − η and b = cos α/φ; straight cables have (a c − b²)/c =
+/// sin²α/φ.
 fn cross(system: System<'_>, state: &State, segments: [(usize, usize); 2]) -> bool {
     let network = system.network;
     let first = segments.map(|(branch, segment)| network.branches[branch].points.start + segment);
