@@ -34,6 +34,8 @@ pub struct Run {
     pub identities: Arc<Identities>,
     /// Comparison of its end with the equilibrium from the drawn lines; `None` where the harness starts as it is drawn.
     pub drawn_start: Option<DrawnStart>,
+    /// What lengths and places do to the requirements, if it was asked for.
+    pub sensitivities: Vec<RequirementSensitivity>,
 }
 
 /// How a run ended. A run with a fault has no other status than failed.
@@ -426,6 +428,51 @@ impl fmt::Display for DeviationCause {
             }
             Self::FreeEnd { from: None, .. } => f.write_str("nothing holds it"),
         }
+    }
+}
+
+/// What lengths and places of the scenario do to the worst value of a requirement; SI units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RequirementSensitivity {
+    /// Name of the requirement.
+    pub requirement: String,
+    /// Step of the worst value.
+    pub step: String,
+    /// Its increment, from 1.
+    pub increment: usize,
+    /// Unit of the value.
+    pub unit: String,
+    /// The keys that change it, the one that does most first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by: Vec<KeySensitivity>,
+    /// Why nothing is known about it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// What a number of the scenario, m, does to the worst value of a requirement.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeySensitivity {
+    /// Path to its key.
+    pub key: String,
+    /// Derivative of the value by it; none where the two sides differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub derivative: Option<f64>,
+    /// Where there is none: the derivatives towards smaller and larger numbers, as far as they are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sides: Option<[Option<f64>; 2]>,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+impl KeySensitivity {
+    /// Size of the largest derivative that is known.
+    pub fn size(&self) -> f64 {
+        let sides = self.sides.into_iter().flatten().flatten();
+        self.derivative.into_iter().chain(sides).fold(0.0, |size, derivative| size.max(derivative.abs()))
     }
 }
 

@@ -656,8 +656,12 @@ impl Problem<'_> {
     /// any were added.
     pub fn refine_contact_points(&mut self, state: &State) -> bool {
         let system = System { network: self.network, conditions: &self.conditions };
-        let deeper = self.contact.deeper_places(system, state);
+        let mut deeper = self.contact.deeper_places(system, state);
         let followed = self.contact.followed(system, state);
+        if followed.is_some() {
+            // What is deeper than a place far from its contact point may be nearer than that place once it has moved.
+            deeper.retain(|point| point.follows.is_none());
+        }
         if deeper.is_empty() && followed.is_none() {
             return false;
         }
@@ -670,13 +674,14 @@ impl Problem<'_> {
         true
     }
 
-    /// Updates the friction anchors, and removes added contact points that are no longer needed.
+    /// Updates the friction anchors, and removes added contact points and crossings that are no longer needed.
     pub fn commit_contacts(&mut self, state: &State) {
         if self.contact.is_idle() {
             return;
         }
         self.find_contacts(state);
-        self.conditions.contact.crossings.retain(|crossing| crossing.acts);
+        let near = self.contact.near_segments();
+        self.conditions.contact.crossings.retain(|own| own.acts && near.contains(&own.segments));
         let anchoring = Anchoring { contact: &self.contact, system: self.system(), state };
         let followed = |record: &ContactRecord| ContactRecord {
             anchor: record.anchor.map(|anchor| anchoring.follow(record, &anchor)),
@@ -703,7 +708,7 @@ impl Problem<'_> {
         self.conditions.contact.overlaps = self.contact.remaining_overlaps(system, state);
     }
 
-    /// Copies records, added contact points and permitted overlaps from other conditions, but not the poses of
+    /// Copies records, added contact points, arcs and permitted overlaps from other conditions, but not the poses of
     /// obstacles.
     pub fn set_contacts(&mut self, other: &Conditions) {
         self.conditions.contact.records.clone_from(&other.contact.records);

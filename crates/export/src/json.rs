@@ -19,8 +19,10 @@
 //! `deviation` of a branch with a drawn line: `median`, `max` (m), `s` of the largest and, where that exceeds the
 //! diameter, its `cause`: `kind` "held elsewhere" (`constraint`), "few constraints" (`between`, `free_length`, `room`,
 //! m) or "free end" (`from`, `free_length`). `drawn_start` compares the end of the run with the equilibrium from the
-//! drawn lines. `identities` has `parts`, `components` and `connections`, and `kbl` where the scenario was imported:
-//! `file`, its `sha256`, and `elements`, of which each has `of` and `name`, and the `id` in that file.
+//! drawn lines. `sensitivities`, which `[output]` asks for, has the derivatives of each requirement's worst value by
+//! lengths and places, the largest first: `key`, and `derivative` or both `sides` and the `reason`. `identities` has
+//! `parts`, `components` and `connections`, and `kbl` where the scenario was imported: `file`, its `sha256`, and
+//! `elements`, of which each has `of` and `name`, and the `id` in that file.
 //!
 //! `provenance` names program, files (with their SHA-256), values set beside them, kinds of rods, joints, constraints
 //! and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same

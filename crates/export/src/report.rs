@@ -10,6 +10,7 @@ mod identities;
 mod layout;
 mod plots;
 mod points;
+mod sensitivities;
 mod sheet;
 mod style;
 mod surroundings;
@@ -92,6 +93,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
                     (contents(&ends))
                 }
                 (sheet::sheet(run, &drawn))
+                (sensitivities::sensitivities(run))
                 (events(&run.events))
                 (steps(&ends))
                 (operations(&ends))

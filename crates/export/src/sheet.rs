@@ -383,6 +383,7 @@ mod tests {
             plugins: vec![],
             identities: Default::default(),
             drawn_start: None,
+            sensitivities: Vec::new(),
         };
         assert_eq!(headline(&run), "UNRESOLVED: nothing is required of this harness");
         let of = |verdict, severity| RequirementResult {

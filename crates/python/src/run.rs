@@ -18,6 +18,7 @@ use wireloom::export::fields;
 use wireloom::export::json::{self, Opened};
 use wireloom::export::picture::{self, Drawing};
 use wireloom::result::{Event, EventPlace, Moment, RequirementResult};
+use wireloom::sensitivity::{Source as Study, of_requirements};
 use wireloom::session::{Checkpoint, Monitor, Observer, Progress};
 use wireloom::{Control, StepResult};
 use wireloom_studio::protocol::Scene;
@@ -88,13 +89,21 @@ impl Observer for Watcher {
 
 /// Reads, checks and carries out a scenario.
 fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
-    let Loaded { scenario, built, texts, hashed, registry, .. } = source.load_with_mesh(&watcher.monitor)?;
+    let Loaded { scenario, built, texts, hashed, registry, files } = source.load_with_mesh(&watcher.monitor)?;
+    let asked = scenario.output.sensitivities;
     watcher.recipe = Some(Box::new(Recipe::of(&scenario, &built, texts, &hashed)));
     let schedule = &built.schedule;
     let scene = Box::new(scene::of(schedule, PROGRAM, &built.network));
     let mut run = wireloom::run_observed(built, None, watcher);
     run.plugins.extend(parts::libraries(&source.parts));
     run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry, &watcher.monitor);
+    if asked {
+        let study = Study { monitor: watcher.monitor.clone(), ..Study::new(&source.text, &files, &registry) };
+        match of_requirements(study, &run) {
+            Ok(found) => run.sensitivities = found,
+            Err(none) => run.notes.push(format!("sensitivities of the requirements are not known: {none}")),
+        }
+    }
     let lost = || Failure::Internal("the files of the run are lost".to_owned());
     let recipe = watcher.recipe.take().ok_or_else(lost)?;
     let mut made = std::mem::take(&mut watcher.made);

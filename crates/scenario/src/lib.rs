@@ -34,7 +34,7 @@ pub mod sweep;
 
 pub use attachment::{At, Stretch};
 pub use build::network::Built;
-pub use edit::number::{Number, number_at, value_for};
+pub use edit::number::{Number, lengths_and_places, number_at, value_for};
 pub use edit::{adjust, flat, record, structure};
 pub use fault::{Fault, Places, render};
 pub use format::explain;

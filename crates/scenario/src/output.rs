@@ -73,6 +73,8 @@ output! {
     clearance = false, "find how near every branch comes to every obstacle and every other branch";
     /// The whole run as one HTML page.
     report = false, "write the whole run as one HTML page";
+    /// What lengths and places do to each requirement.
+    sensitivities = false, "find what each length and place does to the worst value of each requirement";
     /// Harness and obstacles at the end of each step as glTF.
     gltf = false, "write harness, constraints and obstacles at the end of each step as scenes of harness.glb";
 }

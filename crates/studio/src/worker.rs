@@ -211,6 +211,7 @@ impl Studio {
             plugins: Vec::new(),
             identities: record.identities,
             drawn_start: None,
+            sensitivities: Vec::new(),
         };
         Some(Outcome { run, obstacles: record.obstacles })
     }

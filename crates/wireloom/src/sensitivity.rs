@@ -46,9 +46,11 @@
 mod answer;
 mod differences;
 mod outputs;
+mod sheet;
 mod tolerances;
 
 pub use answer::{Derivative, NoAnswer, Output, Parameter, Question, Sensitivities, Source, Spread, Tolerance};
+pub use sheet::of_requirements;
 
 use differences::Around;
 use outputs::{Asked, Catalogue};

@@ -6,7 +6,7 @@ mod watcher;
 use crate::arguments::RunArguments;
 use crate::extremes::Extremes;
 use crate::failure::{Failure, Outcome};
-use crate::files::load::Loaded;
+use crate::files::load::{Beside, Loaded};
 use crate::files::page;
 use crate::files::results::Results;
 use crate::files::swept::Swept;
@@ -23,7 +23,9 @@ use std::io::{self, Write};
 use std::path::Path;
 use watcher::Watcher;
 use wireloom::export::format::Surroundings;
-use wireloom::{Run, Status, result};
+use wireloom::scenario::settings::Setting;
+use wireloom::sensitivity::{self, Source};
+use wireloom::{Registry, Run, Status, result};
 use wireloom_studio::replay::Recorder;
 
 /// A run that has ended, and whose files are written.
@@ -84,19 +86,41 @@ pub fn finished(arguments: &RunArguments, out: &mut dyn Write) -> Result<Finishe
     ended.and_then(|finished| traced.map(|()| finished))
 }
 
+/// Finds what lengths and places do to the requirements; a note says why where that is not known.
+fn find_sensitivities(run: &mut Run, file: &Path, text: String, (registry, settings): (&Registry, &[Setting])) {
+    let found = if settings.is_empty() {
+        let files = Beside::of(file);
+        let source = Source { monitor: interrupt::monitor().clone(), ..Source::new(text, &files, registry) };
+        sensitivity::of_requirements(source, run).map_err(|none| none.to_string())
+    } else {
+        Err("they are those of the file, and values were set beside it".to_owned())
+    };
+    match found {
+        Ok(found) => run.sensitivities = found,
+        Err(why) => run.notes.push(format!("sensitivities of the requirements are not known: {why}")),
+    }
+}
+
 /// Carries out a run that is ready to begin.
 fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<Finished, Failure> {
     let shown = !arguments.quiet && arguments.trace.verbose == 0;
     let bar = Bar::new("finding the initial equilibrium", shown);
     let provenance = job.loaded.provenance();
     let Job {
-        loaded: Loaded { scenario, built, texts, plugins, registry, .. }, folder, keeper, standing, resumed, ..
+        file,
+        loaded: Loaded { scenario, built, texts, plugins, registry, settings, .. },
+        folder,
+        keeper,
+        standing,
+        resumed,
+        ..
     } = job;
     let place = folder.path().to_path_buf();
     let steps: Vec<String> = built.schedule.steps.iter().map(|step| step.name.clone()).collect();
     let time_limit = wireloom::scenario::plugins(&texts[0].1).time_limit;
     let crash_report = (!plugins.is_empty()).then(|| CrashReport::new(&place, steps.clone(), time_limit));
     let (size, notes) = (size::words(&built.network), built.notes.len());
+    let text = scenario.output.sensitivities.then(|| texts[0].1.clone());
     let scene = page::keep_scene(folder.own(), &built)?;
     bar.count("finding the initial equilibrium", "increments", increments(&built), standing.times.len());
     let mut watcher = Watcher {
@@ -124,6 +148,10 @@ fn carry_out(arguments: &RunArguments, job: Job, out: &mut dyn Write) -> Result<
     let Watcher { bar, extremes, mut results, swept, keeper, page, failure, .. } = watcher;
     bar.say("comparing with the drawn start");
     run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry, interrupt::monitor());
+    if let Some(text) = text {
+        bar.say("finding what lengths and places do");
+        find_sensitivities(&mut run, &file, text, (&registry, &settings));
+    }
     bar.say("writing the results");
     let (mut failure, mut surface) = (failure, None);
     if let Some(swept) = swept.as_ref().filter(|_| failure.is_none()) {

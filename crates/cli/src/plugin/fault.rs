@@ -72,6 +72,7 @@ fn save(place: &Path, outcome: RunOutcome) -> Result<(), Failure> {
         plugins: origin.plugins,
         identities: origin.identities.into(),
         drawn_start: None,
+        sensitivities: Vec::new(),
     };
     folder.write(RESULT, |out| json::write(&run, &origin.provenance, out))
 }

@@ -33,6 +33,7 @@ impl<S> Document<S> {
             steps,
             clearance: run.clearances.iter().map(Clearance::of).collect(),
             drawn_start: run.drawn_start.clone(),
+            sensitivities: run.sensitivities.clone(),
             fault: run.fault().map(Fault::of),
         }
     }
@@ -55,6 +56,7 @@ impl<S> Document<S> {
             plugins: self.plugins.into_iter().map(Plugin::library).collect(),
             identities: self.identities.into(),
             drawn_start: self.drawn_start,
+            sensitivities: self.sensitivities,
         })
     }
 }

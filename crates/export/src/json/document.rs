@@ -10,7 +10,7 @@ use super::values::{Entries, FieldsFile, Number, Quaternion, Schema, Vector3, Wo
 use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
-use wireloom_core::equilibrium::{DrawnStart, SlideMotion};
+use wireloom_core::equilibrium::{DrawnStart, RequirementSensitivity, SlideMotion};
 use wireloom_core::identity::Identities;
 use wireloom_core::requirement::{Bound, Measure, Origin, Severity, Verdict};
 use wireloom_core::{EventKind, Status};
@@ -38,6 +38,8 @@ pub struct Document<S> {
     pub clearance: Vec<Clearance>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drawn_start: Option<DrawnStart>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensitivities: Vec<RequirementSensitivity>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<Fault>,
 }

@@ -147,6 +147,7 @@ pub fn run(scenario: &str, steps: Vec<StepResult>) -> Run {
         }],
         identities: Default::default(),
         drawn_start: None,
+        sensitivities: Vec::new(),
     }
 }
 

@@ -1,7 +1,8 @@
 //! The number at a key of a scenario's text, with its unit.
 
-use super::key_path::{below, parts};
-use super::record::value_at;
+use super::adjust::quoted;
+use super::key_path::{NAMES, below, parts};
+use super::record::{as_json, value_at};
 use crate::fault::Fault;
 use crate::format::form::Form;
 use crate::format::{keys, kinds, units};
@@ -62,6 +63,45 @@ pub fn number_at(text: &str, key: &str, registry: &Registry) -> Result<Number, F
             Err(refused(format!("`{key}` is {what}, not a number"), "name a number".to_owned()))
         }
     }
+}
+
+/// Keys of the lengths and places of a text, of which a designer chooses: lengths of branches, arc lengths and
+/// positions of constraints, and positions to which steps move something.
+///
+/// # Errors
+/// If the text is not TOML.
+pub fn lengths_and_places(text: &str) -> Result<Vec<String>, Fault> {
+    let scenario = as_json(text)?;
+    let mut keys = Vec::new();
+    for (branch, own) in entries(&scenario, "branches") {
+        keys.extend(own.get("length").map(|_| format!("{branch}.length")));
+    }
+    for (constraint, own) in entries(&scenario, "constraints") {
+        keys.extend(own.pointer("/at/s").map(|_| format!("{constraint}.at.s")));
+        keys.extend(components(&constraint, own));
+    }
+    for (step, own) in entries(&scenario, "steps") {
+        for (moved, own) in entries(own, "move") {
+            keys.extend(components(&format!("{step}.{moved}"), own));
+        }
+    }
+    Ok(keys)
+}
+
+/// The entries of a list, each with its path from the table that has it.
+fn entries<'v>(table: &'v Value, list: &str) -> impl Iterator<Item = (String, &'v Value)> {
+    let all = table.get(list).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    let path = format!("{list}.");
+    all.iter().enumerate().map(move |(k, entry)| {
+        let name = NAMES.iter().find_map(|key| entry.get(*key)?.as_str());
+        (path.clone() + &name.map_or_else(|| k.to_string(), quoted), entry)
+    })
+}
+
+/// Keys of the components of an entry's position.
+fn components(entry: &str, own: &Value) -> impl Iterator<Item = String> {
+    let count = own.get("position").and_then(Value::as_array).map_or(0, Vec::len);
+    (0..count).map(move |k| format!("{entry}.position.{k}"))
 }
 
 /// A value for a key, as a user writes it: a number in SI units, or one with a unit of the key's quantity.

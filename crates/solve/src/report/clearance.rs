@@ -1,7 +1,7 @@
 //! Clearances of cables from obstacles and from each other, and the depths to which cables lie in each other.
 //!
-//! Distances are from surface to surface: distances of centre lines, straight between nodes, less the radii. Parts of
-//! the same harness closer than [`APART`] sums of radii along the cables are neighbours and do not count.
+//! Distances are from surface to surface: distances of centre lines, which are arcs between nodes, less the radii.
+//! Parts of the same harness closer than [`APART`] sums of radii along the cables are neighbours and do not count.
 
 use super::lines::{Line, Pair, Place, between, nearest_pair, nearest_within};
 use std::borrow::Cow;
@@ -169,6 +169,11 @@ impl<'n> Cables<'n> {
     pub fn clearance_from_obstacle(&self, part: CablePart, obstacle: &Obstacle, pose: &Pose) -> Place {
         let place = part_of(&self.lines, part).nearest_to(pose, |x, reach| obstacle.shape.distance(x, reach));
         Place { distance: place.distance - self.lines[part.branch].radius, ..place }
+    }
+
+    /// Upper bound of the distance of the arc from the chord on the segment of a branch at an arc length, m.
+    pub fn beside(&self, branch: usize, s: f64) -> f64 {
+        self.lines[branch].beside(s)
     }
 
     /// Clearance between parts of two branches, or of one, and where it is least; `None` where they are neighbours

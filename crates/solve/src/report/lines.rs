@@ -105,6 +105,14 @@ impl Line {
         Self::new(s, x, self.ends, self.radius)
     }
 
+    /// Upper bound of the distance of the arc from the chord on the segment at an arc length, m.
+    pub fn beside(&self, s: f64) -> f64 {
+        let i = self.s.partition_point(|node| *node <= s).clamp(1, self.s.len() - 1) - 1;
+        let lengths: Vec<f64> = self.s.windows(2).map(|ends| ends[1] - ends[0]).collect();
+        let bends = arc::bends(&self.x, &lengths);
+        0.125 * lengths[i] * lengths[i] * bends[i].norm().max(bends[i + 1].norm())
+    }
+
     /// The part between two arc lengths (m), as far as it is on the branch, `from` before `to`.
     pub fn part(&self, from: f64, to: f64) -> Self {
         let [from, to] = [from, to].map(|s| s.clamp(self.ends[0], self.ends[1]));

@@ -445,11 +445,13 @@ impl<'a> Equilibrium<'a> {
                 };
                 let own = [(part.branch, pair.s[0]), (branch, pair.s[1])];
                 let radii = 0.5 * own.map(|(b, _)| self.branches[b].diameter).iter().sum::<f64>();
+                // Cables that lie side by side touch on their chords.
+                let beside: f64 = own.map(|(b, s)| self.cables.beside(b, s)).iter().sum();
                 let touches = (self.contact_force(part.branch, Against::Branch(branch)) > 0.0
                     || self.contact_force(branch, Against::Branch(part.branch)) > 0.0)
-                    && pair.distance.abs() <= IN_TOUCH * radii;
+                    && pair.distance.abs() <= IN_TOUCH * radii + beside;
                 let error = (!touches).then(|| own.map(|(b, s)| self.line_error(b, s)).iter().sum());
-                let distance = if touches { in_touch(pair.distance, radii) } else { pair.distance };
+                let distance = if touches { 0.0 } else { pair.distance };
                 Some(Found { error, ..at(distance, place) })
             }
             Part::Constraint(_) => None,
@@ -552,8 +554,8 @@ fn contact_errors(network: &Network, branches: &[BranchResult], spans: &Spans, t
     ratios.into_iter().enumerate().map(error).collect()
 }
 
-/// The distance of surfaces that touch, for a cable of this radius (both of them, between cables), m: that they lie in
-/// each other as far as contact allows is no overlap.
+/// The distance of a body from a cable of this radius that touches it, m: that they lie in each other as far as contact
+/// allows is no overlap.
 fn in_touch(distance: f64, radius: f64) -> f64 {
     if (-IN_TOUCH * radius..0.0).contains(&distance) { 0.0 } else { distance }
 }

@@ -110,6 +110,7 @@ pub(super) fn empty_run(schedule: &Schedule) -> Run {
         plugins: Vec::new(),
         identities: schedule.identities.clone(),
         drawn_start: None,
+        sensitivities: Vec::new(),
     }
 }
 

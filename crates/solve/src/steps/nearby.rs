@@ -172,7 +172,9 @@ impl<'n> Neighbourhood<'n> {
         let (step, steps) = (path.len() - 2, steps_of(schedule));
         let reference = |(k, checkpoint): (usize, Checkpoint)| {
             let checkpoint = Box::new(Checkpoint { log: EventLog::default(), ..checkpoint });
-            let takes = k <= step && takes_where_it_is(network, &steps[k]);
+            // Within a step its constraints are on the way from where they began, whatever they are given.
+            let within = k == step && fraction < 1.0 && !steps[k].add.is_empty();
+            let takes = within || k <= step && takes_where_it_is(network, &steps[k]);
             if takes || k > step {
                 Kept::new(network, checkpoint).map(|kept| Reference::Kept(Box::new(kept)))
             } else {

@@ -245,7 +245,9 @@ fn cables_with_friction_have_the_derivatives_of_their_energy() {
 #[test]
 fn friction_between_cables_is_invariant_under_rigid_motion() {
     for moved in [3e-5, 1e-2] {
-        let sample = with_friction(0.02, false, moved);
+        let mut sample = with_friction(0.02, false, moved);
+        // On chords: x″ of arcs is fixed in the world until the next update.
+        sample.conditions.contact.crossings.clear();
         let (mut problem, state) = (sample.problem(), perturbed(&sample));
         let (mut rng, mut turned) = (fastrand::Rng::with_seed(11), state.clone());
         let (turn, shift) = (random_rotation(&mut rng), random_vector(&mut rng, 0.3));

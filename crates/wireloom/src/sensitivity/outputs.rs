@@ -169,6 +169,7 @@ fn alone(end: &StepResult) -> Run {
         plugins: Vec::new(),
         identities: Default::default(),
         drawn_start: None,
+        sensitivities: Vec::new(),
     }
 }
 

@@ -158,6 +158,7 @@ impl Session {
             plugins: Vec::new(),
             identities: harness.schedule.identities.clone(),
             drawn_start: None,
+            sensitivities: Vec::new(),
         }
     }
 

@@ -10,7 +10,7 @@ use crate::files::saved::{self, Keeper, Origin, Standing};
 use crate::plugin::trust::Trust;
 use crate::print::progress::Bar;
 use crate::size::{self, increments};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use wireloom::scenario::{Scenario, Setting};
 use wireloom::session::Resumed;
 
@@ -23,6 +23,8 @@ const BYTES_SWEPT: usize = 24;
 
 /// A run that is ready to begin.
 pub struct Job {
+    /// The scenario's file.
+    pub file: PathBuf,
     pub loaded: Loaded,
     /// Memory and time of a large harness, in words.
     pub size: Option<String>,
@@ -46,7 +48,8 @@ impl Job {
         folder.has_room(bytes(&loaded))?;
         let origin = Origin::new(file, arguments, &loaded)?;
         let keeper = Keeper::begin(&folder, &origin)?;
-        Ok(Self { loaded, size, folder, keeper, standing: Standing::default(), resumed: None })
+        let file = file.to_owned();
+        Ok(Self { file, loaded, size, folder, keeper, standing: Standing::default(), resumed: None })
     }
 
     /// Reads the record of an interrupted run, and its scenario again.
@@ -65,7 +68,7 @@ impl Job {
                 place.display()
             )));
         }
-        Ok(Self { loaded, size, folder, keeper, standing, resumed })
+        Ok(Self { file: origin.file, loaded, size, folder, keeper, standing, resumed })
     }
 }
 

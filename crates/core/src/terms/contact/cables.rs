@@ -301,9 +301,7 @@ impl ContactTerm {
                 }
                 let rho = first * record.map_or(1.0, |record| record.penalty);
                 let lambda = record.map_or(0.0, |record| record.multiplier);
-                let least = self.overlap_distance(system, pair.point, pair.branch, pair.both);
-                let held = self.distance_beside_held(system, state, pair.point, (b, j), pair.both);
-                let radius = held.map_or(least, |held| held.min(least));
+                let radius = self.least_distance(system, state, pair.point, (pair.branch, segment), pair.both);
                 let place = self.cable_place(system, state, (pair.point, &x), ((b, j), [from, to]), pair.both);
                 let CablePlace { fraction, position, other, normal, curvature, slides, .. } = place;
                 let gap = place.distance + place.held - radius;

@@ -6,7 +6,7 @@
 //! by side, nearly parallel or wrapped round each other, touch on the chords: on smooth lines the points of both would
 //! bear the same load, now these, now those.
 
-use super::follow::{Along, ContactPlace, FOLLOWED, SHARP, arc_between, arc_of};
+use super::follow::{Along, ContactPlace, FOLLOWED, arc_between, arc_of};
 use super::pairs::Pair;
 use super::term::{Contact, ContactTerm, DEPTH, Slides, Sliding};
 use crate::arc::Arc;
@@ -14,6 +14,7 @@ use crate::conditions::{Against, ContactPoint, Crossing, Partner, System};
 use crate::obstacle::Touch;
 use crate::rotation::orthogonal;
 use crate::{Matrix, State, Vector};
+use std::collections::BTreeSet;
 
 /// Depth between contact points, in sums of both radii, above which one is added where two cables cross.
 const CROSSING: f64 = 4.0 * DEPTH;
@@ -25,9 +26,11 @@ pub(super) const COINCIDENT: f64 = 1e-6;
 /// where more is taken one is wrapped round the other.
 const CROSSED: f64 = 0.7;
 /// Depth, in sums of both radii, by which points that stay may lie in a cable that crosses without friction: the one
-/// that follows bears alone, and they do not catch on it.
+/// that follows bears alone, and they do not catch on it. One that stays where they cross has none beside it.
 const ASIDE: f64 = 1e-3;
-/// Squared sine of the angle below which segments count as parallel.
+/// Squared sine of the angle up to which cables lie side by side: 11.5°.
+const BESIDE: f64 = 0.04;
+/// Squared sine of the angle below which two lines have no place where they cross.
 const PARALLEL: f64 = 1e-3;
 
 /// Where a contact point touches a segment of another cable.
@@ -104,13 +107,15 @@ fn cross(system: System<'_>, state: &State, segments: [(usize, usize); 2]) -> bo
     let diameters = segments.map(|(branch, _)| network.branches[branch].section.diameter);
     let flat = 2.0 / (diameters[0] + diameters[1]);
     let across = tangents[0].cross(&tangents[1]);
-    let straight = flat * across.norm_squared();
-    if straight <= 2.0 * SHARP * flat {
+    if across.norm_squared() <= BESIDE {
         return false;
     }
-    let normal = across.normalize();
-    let bend = |i: usize| system.conditions.contact.bends.get(i).map_or(0.0, |bend| normal.dot(bend).abs());
-    let [a, c] = first.map(|i| flat - bend(i).max(bend(i + 1)));
+    let straight = flat * across.norm_squared();
+    let [own, other] = first.map(|i| state.points[i] + state.points[i + 1]);
+    let towards = across.normalize() * (other - own).dot(&across).signum();
+    let bend = |i: usize, sign: f64| system.conditions.contact.bends.get(i).map_or(0.0, |x| sign * towards.dot(x));
+    let along = |i: usize, sign: f64| flat - bend(i, sign).max(bend(i + 1, sign));
+    let (a, c) = (along(first[0], 1.0), along(first[1], -1.0));
     let bent = a * c - flat * flat * tangents[0].dot(&tangents[1]).powi(2);
     a > 0.0 && c > 0.0 && bent > CROSSED * straight * a.max(c)
 }
@@ -124,11 +129,16 @@ impl ContactTerm {
         Some([own.min(other), own.max(other)])
     }
 
+    /// Segments of cables that touch or may soon at the last evaluated state.
+    pub fn near_segments(&self) -> BTreeSet<[(usize, usize); 2]> {
+        self.found.iter().chain(&self.approaching).filter_map(|contact| self.segments(contact)).collect()
+    }
+
     /// Segments of cables that touch or may soon, at the last evaluated state, and cross there, and those that have
     /// crossed before.
     pub fn crossings(&self, system: System<'_>, state: &State) -> Vec<Crossing> {
         let known = &system.conditions.contact.crossings;
-        let near = self.found.iter().chain(&self.approaching).filter_map(|contact| self.segments(contact));
+        let near = self.near_segments().into_iter();
         let new =
             near.filter(|segments| cross(system, state, *segments)).map(|segments| Crossing { segments, acts: true });
         let still = |crossing: &Crossing| Crossing {

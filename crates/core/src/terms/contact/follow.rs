@@ -5,7 +5,8 @@
 //! with the curvatures x″ there (a cubic; Catmull and Rom 1974, A class of local interpolating splines). x″ is that of
 //! the last update of the multipliers, so forces act on the two nodes of the segment alone; contact is not met while x″
 //! moves a place by more than the tolerance of depth. Where the arc bends towards the body the chord counts, as on the
-//! ground, where a cable touches at its nodes.
+//! ground, where a cable touches at its nodes. As the force acts on the chord its moment misses the part of the way
+//! from chord to arc that is across the force.
 //!
 //! **Edges.** Contact points that stay in the material make an edge rest in the notch between two of them: with the
 //! depth d there it resists sliding like a coefficient of friction of `√(2 d/R)`. So points that are added where an
@@ -42,7 +43,7 @@ const LEVEL: f64 = 1e-13;
 /// Slope of φ along the segment below which a surface is the one that is nearest there.
 const STATIONARY: f64 = 1e-9;
 /// Curvature of a surface, in units of 1/R, above which it is an edge.
-pub(super) const SHARP: f64 = 0.02;
+const SHARP: f64 = 0.02;
 /// Share of it that is left when the curvature of the cable is taken from it, on an edge: where more is taken the cable
 /// is wrapped round the body.
 const UNWRAPPED: f64 = 0.5;

@@ -72,13 +72,13 @@ pub(super) struct Slides {
     pub(super) on_partner: Option<Sliding>,
     /// Along its own, if it follows.
     pub(super) on_own: Option<Sliding>,
-    /// Way of the place on the partner, as a fraction of its segment, with that on the own segment at rest of the
-    /// nodes.
+    /// Change of the fraction on the partner per change of that on the own segment, with the nodes at rest.
     pub(super) drift: f64,
 }
 
-/// Contact place that is where φ is least along a segment, between its ends. With e the segment and K = ∂²φ/∂x² the
-/// fraction changes by `−(e·K u + n·w)/k`, `k = e·K e`.
+/// Contact place that is where φ is least along a segment, between its ends. With e = ∂x/∂t, K = ∂²φ/∂x² and
+/// k = ∂²φ/∂t² along it the fraction t changes by `(e·K u + n·w)/k`, on the own segment in the other direction
+/// (u and w: `ContactTerm::hessian`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sliding {
     /// K e/k, 1/m.
