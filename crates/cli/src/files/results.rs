@@ -118,7 +118,7 @@ mod tests {
     use wireloom::scenario::schema;
 
     /// Keys of `[output]` that are no formats.
-    const SETTINGS: [&str; 2] = ["increments", "clearance"];
+    const SETTINGS: [&str; 3] = ["increments", "clearance", "sensitivities"];
 
     /// A scenario with these lines in its `[output]`.
     fn output(lines: &str) -> Output {

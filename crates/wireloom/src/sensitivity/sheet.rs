@@ -6,6 +6,9 @@ use wireloom_core::Status;
 use wireloom_core::equilibrium::{KeySensitivity, RequirementSensitivity, Run};
 use wireloom_scenario::{lengths_and_places, number_at};
 
+/// Derivatives that are noise, as a fraction of the largest one of their requirement.
+const NOISE: f64 = 1e-6;
+
 /// Derivatives of the worst value of each requirement of a run by the lengths of branches and the places of
 /// constraints, also those that steps move them to, as far as the scenario's text holds them. The scenario is carried
 /// out once more. Empty where the run did not converge.
@@ -59,8 +62,10 @@ pub fn of_requirements(source: Source<'_>, run: &Run) -> Result<Vec<RequirementS
                 sides: own.value.is_none().then_some(own.sides),
                 reason: own.reason,
             });
-            let mut by: Vec<KeySensitivity> = known.filter(|own| own.size() > 0.0 || own.reason.is_some()).collect();
+            let mut by: Vec<KeySensitivity> = known.collect();
             by.sort_by(|a, b| b.size().total_cmp(&a.size()));
+            let least = NOISE * by[0].size();
+            by.retain(|own| own.size() > least || own.reason.is_some());
             found[k].unit = output.unit;
             if output.value.is_none() {
                 found[k].reason = Some("it has no finite value there".to_owned());
