@@ -640,15 +640,13 @@ impl Problem<'_> {
         self.conditions.contact.records = records;
     }
 
-    /// Takes x″ of the centre lines, by which cables are beside their chords where they touch, and the segments that
-    /// cross from `state`, at which contact was evaluated last.
-    pub fn update_arcs(&mut self, state: &State) {
+    /// Takes x″ of the centre lines, by which cables are beside their chords where they touch, from `state`.
+    pub fn update_bends(&mut self, state: &State) {
         self.conditions.contact.bends = ContactTerm::bends(self.system(), state);
-        self.update_crossings(state);
     }
 
     /// Finds the segments that cross at `state`, at which contact was evaluated last.
-    fn update_crossings(&mut self, state: &State) {
+    pub fn update_crossings(&mut self, state: &State) {
         self.conditions.contact.crossings = self.contact.crossings(self.system(), state);
     }
 

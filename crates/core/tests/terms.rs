@@ -610,7 +610,8 @@ fn contact() {
         // Contact places that follow along bent segments, but for those at the end of their range.
         let mut problem = Problem::new(&network, conditions.clone());
         problem.find_contacts(&state);
-        problem.update_arcs(&state);
+        problem.update_bends(&state);
+        problem.update_crossings(&state);
         conditions.contact.clone_from(&problem.conditions().contact);
         let points = problem.contact().points().to_vec();
         let following = |record: &ContactRecord| {

@@ -57,6 +57,8 @@ mod tests {
         declare(protocol::Setting::decl());
         declare(protocol::Scene::decl());
         declare(protocol::Event::decl());
+        declare(protocol::SensitivityLine::decl());
+        declare(protocol::Sensitivities::decl());
         declare(protocol::TimelineStep::decl());
         declare(protocol::Timeline::decl());
         declare(protocol::Place::decl());

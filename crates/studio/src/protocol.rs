@@ -62,6 +62,11 @@ pub enum Request {
         /// Its value, rad or m.
         value: f64,
     },
+    /// Asks what it does to the requirements to move a constraint from where it is.
+    Sensitivities {
+        /// Name of the constraint.
+        constraint: String,
+    },
     /// Undoes the last operation.
     Undo,
     /// Redoes the operation that was undone last.
@@ -306,6 +311,8 @@ pub enum Notice {
     Timeline(Timeline),
     /// The sheet of requirements so far.
     Sheet(Sheet),
+    /// What it does to the requirements to move a constraint.
+    Sensitivities(Sensitivities),
     /// State of the session.
     Session(Session),
     /// A request could not be fulfilled.
@@ -676,6 +683,44 @@ pub struct SheetLine {
     pub frame: Option<u32>,
     /// Place of the worst value.
     pub place: Place,
+}
+
+/// What it does to the requirements to move a constraint from where it is; everything else stays.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct Sensitivities {
+    /// Name of the constraint.
+    pub constraint: String,
+    /// Why there is none.
+    pub reason: Option<String>,
+    /// The requirements that have a value now, in the order of the sheet.
+    pub lines: Vec<SensitivityLine>,
+}
+
+/// A requirement, and what it does to its value now to move a constraint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+#[serde(rename_all = "snake_case")]
+pub struct SensitivityLine {
+    /// Name.
+    pub name: String,
+    /// Measure, as in results: `bend_radius`, `tension`, `reach`...
+    pub measure: String,
+    /// SI unit of value and limit; empty for a pure number.
+    pub unit: String,
+    /// Its value now.
+    pub value: f64,
+    /// Its limit.
+    pub limit: f64,
+    /// Side of that limit: `min` or `max`.
+    pub bound: String,
+    /// Place of the value.
+    pub place: Place,
+    /// Derivatives by the place along x, y, z, unit over m: towards smaller and larger coordinates; null where unknown.
+    pub by: [[Option<f64>; 2]; 3],
+    /// Why those to both sides differ, or are unknown.
+    pub reasons: [Option<String>; 3],
 }
 
 /// Place in a harness: the parts that apply.

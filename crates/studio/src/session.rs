@@ -23,7 +23,7 @@ mod tests;
 mod trial;
 mod work;
 
-use crate::protocol::{Document, Notice, Request, Scene, Sheet, Timeline};
+use crate::protocol::{Document, Notice, Request, Scene, Sensitivities, Sheet, Timeline};
 use crate::{frame, scene, sheet};
 use drag::Drag;
 use mesh::Mesh;
@@ -38,6 +38,7 @@ use wireloom::result::{Identities, Moment, RequirementResult};
 use wireloom::scenario::Fault;
 use wireloom::scenario::adjust::adjustable;
 use wireloom::scenario::record::with_value;
+use wireloom::sensitivity::of_move;
 use wireloom::session::{Checkpoint, DrivenHarness, Monitor, Refusal};
 use wireloom::{Registry, Status, StepResult};
 
@@ -307,6 +308,11 @@ impl Session {
             Request::Release { constraint } => self.release(tab, &constraint),
             Request::Pin { constraint } => self.pin(tab, &constraint),
             Request::Drive { joint, value } => self.drive(&joint, value),
+            Request::Sensitivities { constraint } => {
+                let found = Notice::Sensitivities(self.sensitivities(constraint));
+                self.changes.said.push((Some(tab), found));
+                Ok(())
+            }
             Request::Undo => self.undo_last(),
             Request::Redo => self.redo_last(),
             Request::Go { frame } => self.go(frame),
@@ -347,6 +353,19 @@ impl Session {
                 self.end_drag();
             }
         }
+    }
+
+    /// What it does to the requirements to move a constraint from where it is.
+    fn sensitivities(&self, constraint: String) -> Sensitivities {
+        let found = match (&self.now.at, &self.now.last, &self.shown) {
+            _ if self.has_work() => Err("the harness is being computed".to_owned()),
+            (Some(at), Some(end), Some(shown)) if Rc::ptr_eq(at, shown) => {
+                of_move(&self.now.harness, (at, end), &constraint, &self.monitor).map_err(|none| none.to_string())
+            }
+            _ => Err("the harness is not in equilibrium".to_owned()),
+        };
+        let (reason, found) = found.map_or_else(|reason| (Some(reason), Vec::new()), |found| (None, found));
+        Sensitivities { constraint, reason, lines: sheet::sensitivities(found) }
     }
 
     fn save(&mut self, tab: u32) -> Result<(), Refusal> {

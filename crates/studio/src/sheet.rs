@@ -1,9 +1,10 @@
 //! The sheet of requirements for pages.
 
 use crate::frame::{Violation, number};
-use crate::protocol::{Place, Sheet, SheetLine};
+use crate::protocol::{Place, SensitivityLine, Sheet, SheetLine};
 use crate::stretches;
 use wireloom::result::{EventPlace, Moment, RequirementResult, Verdict, by_urgency, verdict};
+use wireloom::sensitivity::OfMove;
 use wireloom::{Status, StepResult, result};
 
 /// The sheet at the end of a run, or so far: `steps` of which `done` have been computed. `frame`: the number of an
@@ -50,6 +51,25 @@ fn line(line: &RequirementResult, frame: impl Fn(&Moment) -> Option<u32>) -> She
         frame: moment.and_then(frame),
         place: Place::of(&line.place),
     }
+}
+
+/// What it does to the requirements to move a constraint.
+pub(crate) fn sensitivities(mut found: Vec<OfMove>) -> Vec<SensitivityLine> {
+    found.sort_by(|a, b| by_urgency(&a.line, &b.line));
+    let line = |OfMove { line, by }: OfMove| {
+        Some(SensitivityLine {
+            value: line.worst?,
+            measure: line.measure.word().to_owned(),
+            unit: line.measure.unit().to_owned(),
+            limit: line.limit,
+            bound: line.bound.word().to_owned(),
+            place: Place::of(&line.place),
+            by: by.each_ref().map(|own| own.value.map_or(own.sides, |value| [Some(value); 2])),
+            reasons: by.map(|own| own.reason),
+            name: line.name,
+        })
+    };
+    found.into_iter().filter_map(line).collect()
 }
 
 impl Place {

@@ -45,14 +45,16 @@
 
 mod answer;
 mod differences;
+mod moved;
 mod outputs;
 mod sheet;
 mod tolerances;
 
 pub use answer::{Derivative, NoAnswer, Output, Parameter, Question, Sensitivities, Source, Spread, Tolerance};
+pub use moved::{OfMove, of_move};
 pub use sheet::of_requirements;
 
-use differences::Around;
+use differences::OfScenario;
 use outputs::{Asked, Catalogue};
 use std::collections::{BTreeMap, BTreeSet};
 use wireloom_core::equilibrium::RequirementResult;
@@ -364,10 +366,10 @@ impl<'a> Study<'a> {
         let names = catalogue.names(of, &here)?;
         let outputs: Vec<Asked> = names.iter().map(|name| Asked::new(name, &here, &self.network)).collect();
         let (source, scenario, requirements) = (&self.source, &self.scenario, self.requirements);
-        let mut around = Around { source, scenario, catalogue, requirements, neighbourhood, sheet };
+        let mut around = OfScenario { source, scenario, catalogue, requirements, neighbourhood, sheet };
         let mut columns = Vec::with_capacity(parameters.len());
         for parameter in parameters {
-            columns.push(around.derivatives(parameter, &here, &outputs)?);
+            columns.push(differences::derivatives(&mut around, parameter, &here, &outputs)?);
         }
         let outputs = outputs.into_iter().enumerate().map(|(k, asked)| Output {
             remark: catalogue.remark(&asked.name, &ended, &here),

@@ -34,8 +34,8 @@ pub fn update_constraints(problem: &mut Problem<'_>, state: &State, tolerance: f
 /// accelerates it (Anderson 1965; Walker and Ni 2011).
 #[derive(Default)]
 pub struct ContactHistory {
-    /// Whether penalties stay as they are.
-    keeps_penalties: bool,
+    /// Whether penalties, and which segments cross, stay as they are.
+    of_kept_matrix: bool,
     /// Largest violation at the last update, in radii.
     deepest: Option<f64>,
     /// Contact points and their partners.
@@ -46,9 +46,10 @@ pub struct ContactHistory {
 }
 
 impl ContactHistory {
-    /// History of updates that leave the penalties as they are: they belong to a matrix that is kept.
-    pub fn with_penalties_kept() -> Self {
-        Self { keeps_penalties: true, ..Self::default() }
+    /// History of updates that leave penalties, and which segments cross, as they are: a matrix that is kept is that
+    /// of them.
+    pub fn of_kept_matrix() -> Self {
+        Self { of_kept_matrix: true, ..Self::default() }
     }
 
     /// Next multipliers, after an update in which the multipliers `given` led to the forces `found`.
@@ -92,7 +93,7 @@ pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut C
     let contact_state = &problem.conditions().contact;
     let deepest = found.iter().map(|c| c.gap.abs() / c.radius).fold(0.0, f64::max);
     let raises = history.deepest.replace(deepest).is_some_and(|last| OF_CONTACT.raises(last, deepest))
-        && !history.keeps_penalties;
+        && !history.of_kept_matrix;
     let mut given = Vec::with_capacity(found.len());
     let mut records = Vec::with_capacity(found.len());
     for contact in found {
@@ -117,5 +118,8 @@ pub fn update_contacts(problem: &mut Problem<'_>, state: &State, history: &mut C
     }
     records.sort_by_key(|record| (record.point, record.partner));
     problem.set_contact_records(records);
-    problem.update_arcs(state);
+    problem.update_bends(state);
+    if !history.of_kept_matrix {
+        problem.update_crossings(state);
+    }
 }

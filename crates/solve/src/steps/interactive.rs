@@ -9,6 +9,7 @@ use crate::steps::checkpoint::Checkpoint;
 use crate::steps::driver::{Driver, is_balanced, unbalanced_start_note};
 use crate::steps::guide::Guide;
 use crate::steps::initial_equilibrium::start_near;
+use crate::steps::nearby::{Moved, NotFound};
 use crate::steps::plan::Plan;
 use crate::steps::progress::Interruption;
 use std::time::Instant;
@@ -294,6 +295,14 @@ impl InteractiveDriver {
         let certifier = driver.certifier;
         self.certifier = Some((network.id, certifier));
         found
+    }
+
+    /// The equilibrium at a checkpoint, and those near it with a constraint moved.
+    ///
+    /// # Errors
+    /// If it is no equilibrium that has neighbours.
+    pub fn moved<'n>(&self, network: &'n Network, at: &Checkpoint) -> Result<Moved<'n>, NotFound> {
+        Moved::new(network, &self.stop, at)
     }
 
     fn driver<'n>(&mut self, network: &'n Network, from: Checkpoint) -> Driver<'n, '_> {

@@ -8,13 +8,18 @@
 //! what is of higher order, so that what is found is an equilibrium, which the certificate confirms. No matrix is
 //! factorised.
 //!
-//! Differences of results of two such equilibria, one on each side, are derivatives of any result.
+//! Differences of results of two such equilibria, one on each side, are derivatives of any result. [`Moved`] does the
+//! same for a constraint that is moved from where it is, without a scenario.
 //!
 //! **What is kept.** The path to the equilibrium is not computed again. Its history is that of the reference: memories
 //! of rods, joints and constraints, anchors of friction, contact points, which constraints slip, and which ones still
 //! act. Targets, gravity, rotation, loads, temperatures and poses of bodies are those that the steps of the changed
 //! scenario lead to ([`Neighbourhood::find`] walks through its plans). Where a step begins with a constraint that takes
 //! the cable where it is, the equilibrium at the beginning of that step is found in the same way first.
+
+mod moved;
+
+pub use moved::Moved;
 
 use crate::contact::multipliers::{self, ContactHistory};
 use crate::report::clearance::Cables;
@@ -48,6 +53,8 @@ const BALANCED: f64 = 1e-12;
 const ACCURACY: f64 = 1e-6;
 /// Last step as a fraction of the first one where round-off allows no smaller one.
 const LEAST_ACCURACY: f64 = 1e-3;
+/// Length of a step beyond which what is found is not near: move relative to the longest branch, or turn (rad).
+const LONGEST: f64 = 1.0;
 /// Length of a first step below which it is round-off: move relative to the longest branch, or turn (rad).
 const SMALLEST: f64 = 1e-6;
 /// Largest violation of equations (in units of their scales) and of contact (in radii), likewise.
@@ -233,7 +240,7 @@ impl<'n> Neighbourhood<'n> {
         let step = self.step;
         let settled = self.settle(step + 1, network, &walked, &change)?;
         let moment = Moment { step: steps_of(schedule)[step].name.clone(), step_index: step, increment: 0 };
-        settled.measured(&self.stop, moment, self.fraction == 1.0, sheet)
+        settled.measured(&self.stop, moment, sheet.then_some((Some(step), self.fraction == 1.0)))
     }
 
     /// Whether the equilibrium depends on its history: friction, slip, or a part that remembers.
@@ -250,14 +257,7 @@ impl<'n> Neighbourhood<'n> {
     /// Name of a branch and what it touches at a contact point.
     pub fn words(&self, (point, partner): (u32, Partner)) -> String {
         let Reference::Kept(kept) = &self.references[self.step + 1] else { unreachable!("the end is always kept") };
-        let branch = &self.network.branches[kept.problem.contact().point(point).branch].name;
-        match (partner.obstacle(), partner.branch()) {
-            (Some(obstacle), _) => {
-                format!("branch `{branch}` and obstacle `{}`", self.network.obstacles[obstacle as usize].name)
-            }
-            (None, Some(other)) => format!("branches `{branch}` and `{}`", self.network.branches[other].name),
-            (None, None) => format!("branch `{branch}`"),
-        }
+        kept.words((point, partner))
     }
 
     /// Conditions at the end of the increment, as far as they follow from the plans of the steps, and how much longer
@@ -375,6 +375,19 @@ impl<'n> Kept<'n> {
         Ok(kept)
     }
 
+    /// Name of a branch and what it touches at a contact point.
+    fn words(&self, (point, partner): (u32, Partner)) -> String {
+        let network = self.problem.network;
+        let branch = &network.branches[self.problem.contact().point(point).branch].name;
+        match (partner.obstacle(), partner.branch()) {
+            (Some(obstacle), _) => {
+                format!("branch `{branch}` and obstacle `{}`", network.obstacles[obstacle as usize].name)
+            }
+            (None, Some(other)) => format!("branches `{branch}` and `{}`", network.branches[other].name),
+            (None, None) => format!("branch `{branch}`"),
+        }
+    }
+
     /// Factorises the Hessian at the reference.
     fn factorise(&mut self) -> Result<(), NotFound> {
         let Self { checkpoint, problem, inspector, gradient, .. } = self;
@@ -396,7 +409,7 @@ impl<'n> Kept<'n> {
 
     /// Moves `state` to the equilibrium of `problem`, a slightly changed one, with multipliers. Returns the distance.
     fn settle(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
-        let mut history = ContactHistory::with_penalties_kept();
+        let mut history = ContactHistory::of_kept_matrix();
         let (mut last, mut misses, mut distance) = (f64::INFINITY, 0, 0.0);
         let mut most = 0.0_f64;
         self.largest = 0.0;
@@ -422,7 +435,7 @@ impl<'n> Kept<'n> {
             if misses >= 2 * MISSES {
                 break;
             }
-            // Penalties are part of the kept factor.
+            // Penalties, and what crosses, are part of the kept factor.
             multipliers::update_constraints(problem, state, f64::INFINITY, &mut Vec::new());
             multipliers::update_contacts(problem, state, &mut history);
         }
@@ -455,7 +468,7 @@ impl<'n> Kept<'n> {
     }
 
     /// Moves `state` to the minimum of `problem` under its multipliers, by steps with the kept factor. Returns the
-    /// length of the first step: largest move relative to the longest branch, or largest turn (rad).
+    /// length of the first step.
     fn balance(&mut self, problem: &mut Problem<'_>, state: &mut State) -> Result<f64, NotFound> {
         let (mut last, mut misses) = (f64::INFINITY, 0);
         // Length of the first step, and of the last one.
@@ -488,6 +501,9 @@ impl<'n> Kept<'n> {
             let step = self.inspector.step_near(&self.problem, state, &self.free, motion);
             let largest = |all: &[Vector]| all.iter().map(Vector::norm).fold(0.0, nan_max);
             length = nan_max(largest(&step.points) / problem.scales().length, largest(&step.frames));
+            if length.is_nan() || length > LONGEST {
+                return Err(NotFound::Unbalanced(residual));
+            }
             distance.get_or_insert(length);
             self.from.copy_from(state);
             problem.retract(&self.from, step, 1.0, state);
@@ -517,8 +533,9 @@ struct Settled<'m> {
 }
 
 impl Settled<'_> {
-    /// Its results, once the certificate has confirmed it.
-    fn measured(self, stop: &Stop, moment: Moment, ends_step: bool, sheet: bool) -> Result<Nearby, NotFound> {
+    /// Its results, once the certificate has confirmed it; where `at` says which requirements count
+    /// ([`Equilibrium::new`]), also its sheet.
+    fn measured(self, stop: &Stop, moment: Moment, at: Option<(Option<usize>, bool)>) -> Result<Nearby, NotFound> {
         let Self { mut problem, state, distance } = self;
         let network = problem.network;
         let mut certifier = Certifier::new(network);
@@ -541,7 +558,7 @@ impl Settled<'_> {
             constraint_residual: certificate.constraint.map(|worst| worst.violation),
         };
         let end = step_result::equilibrium(&mut problem, &state, &certifier.gradient, branches, &touching, minimiser);
-        let requirements = if sheet { sheet_of(&mut problem, &state, &end, &moment, ends_step) } else { Vec::new() };
+        let requirements = at.map_or_else(Vec::new, |at| sheet_of(&mut problem, &state, &end, &moment, at));
         let touching = bearing(&problem);
         Ok(Nearby { end: StepResult { name: moment.step, ..end }, requirements, distance, touching })
     }
@@ -553,7 +570,7 @@ fn sheet_of(
     state: &State,
     end: &StepResult,
     moment: &Moment,
-    ends_step: bool,
+    at: (Option<usize>, bool),
 ) -> Vec<RequirementResult> {
     let network = problem.network;
     let errors =
@@ -561,7 +578,6 @@ fn sheet_of(
     let cables = Cables::new(network, &end.branches);
     let spans = Spans::new(problem, state);
     let results = (&end.branches[..], &end.constraints[..], &[][..]);
-    let at = (Some(moment.step_index), ends_step);
     let equilibrium = Equilibrium::new(problem, (state, state), results, (&cables, &spans), (&errors, None), at);
     // Which place is the worst must not depend on estimates of its error.
     let certain = |found: Vec<Found>| found.into_iter().map(|found| Found { error: None, ..found }).collect();

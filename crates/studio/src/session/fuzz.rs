@@ -49,7 +49,9 @@ const MESSAGES: [&str; 5] = [
     r#"{"do":"hold","branch":"b","s":0.2,"how":"handle"}
 {"do":"target","constraint":"hand","position":[0.1,0.05,-0.1],"orientation":[1,0,0,0]}
 {"do":"target","constraint":"hand","position":null,"orientation":null}
+{"do":"sensitivities","constraint":"hand"}
 {"do":"drop","constraint":"hand"}
+{"do":"sensitivities","constraint":"plug"}
 {"do":"undo"}
 {"do":"redo"}
 {"do":"save"}

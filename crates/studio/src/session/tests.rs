@@ -764,3 +764,27 @@ fn a_door_is_driven_and_its_plug_moved_on_it() {
     let nodes = run.last().expect("an end").branches[0].position.iter().zip(&shown.branches[0].position);
     assert!(nodes.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) < ALIKE, "{saved}");
 }
+
+/// What it does to move a plug is told of the harness as it is now, and why it is not.
+#[test]
+fn what_it_does_to_move_a_plug_is_told() {
+    let of = |constraint: &str| Request::Sensitivities { constraint: constraint.to_owned() };
+    let told = |said: Vec<Notice>| match &said[..] {
+        [Notice::Sensitivities(found)] => found.clone(),
+        other => panic!("{other:?}"),
+    };
+    let text = format!("{Y}{STEPS}");
+    let mut session = opened(&text);
+    session.handle(1, of("plug-B"));
+    let said = session.take_changes().said.into_iter().map(|(_, notice)| notice).collect();
+    assert_eq!(told(said).reason.as_deref(), Some("the harness is being computed"));
+    work(&mut session);
+    let found = told(ask(&mut session, of("plug-B")));
+    assert_eq!((found.constraint.as_str(), found.reason), ("plug-B", None));
+    let trunk = found.lines.iter().find(|line| line.name == "trunk").expect("the limit of a section");
+    assert_eq!((trunk.measure.as_str(), trunk.unit.as_str(), trunk.limit), ("bend_radius", "m", 0.048));
+    let by = trunk.by.map(|sides| sides.map(|side| side.expect("a derivative")));
+    assert!(by.as_flattened().iter().all(|by| by.abs() > 1e-4), "{by:?}");
+    let none = told(ask(&mut session, of("plug-X"))).reason.expect("a reason");
+    assert!(none.contains("no constraint \"plug-X\" is active"), "{none}");
+}

@@ -22,6 +22,7 @@ import { Panels } from "./panels";
 import { FLOATS, type Notice, type Place } from "./protocol";
 import { destroyed, failing, isDestroyed, sentence, verdictWords, worstFirst } from "./requirements";
 import { screenshot } from "./screenshot";
+import { SensitivityTable } from "./sensitivities";
 import { offers, StartPane } from "./start";
 import { Several } from "./several";
 import { Store } from "./store";
@@ -94,7 +95,8 @@ const build = new Build(
   (file) => surroundings.take(file),
 );
 const importPane = new ImportPane((place) => goTo(null, place));
-const panels = new Panels(byId("panels"), store, hands, connection, build.element, inspect, importPane.element, {
+const sensitivities = new SensitivityTable(store, hands, connection, (place) => goTo(null, place));
+const panels = new Panels(byId("panels"), store, hands, connection, build.element, inspect, importPane.element, sensitivities.element, {
   visit: (position) => view.visit(new THREE.Vector3(...position)),
   scrub: (frame) => timeline.go(frame),
   goTo,

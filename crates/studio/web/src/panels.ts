@@ -71,6 +71,7 @@ export class Panels {
     build: HTMLElement,
     inspect: { parts: HTMLElement; measures: HTMLElement },
     imported: HTMLElement,
+    private sensitivities: HTMLElement,
     private wishes: Wishes,
   ) {
     const section = (name: string, title: string, open: boolean, live: boolean, ...content: Node[]) => {
@@ -354,7 +355,7 @@ export class Panels {
             button("Release", "Removes the constraint (Delete)", () => this.hands.release()),
           ),
         );
-        parts.push(this.acts);
+        parts.push(this.acts, this.sensitivities);
       }
       this.chosen.replaceChildren(...parts);
       const point = this.hands.chosenPoint();

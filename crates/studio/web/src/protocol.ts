@@ -203,7 +203,11 @@ joint: string,
 /**
  * Its value, rad or m.
  */
-value: number, } | { "do": "undo" } | { "do": "redo" } | { "do": "go", 
+value: number, } | { "do": "sensitivities", 
+/**
+ * Name of the constraint.
+ */
+constraint: string, } | { "do": "undo" } | { "do": "redo" } | { "do": "go", 
 /**
  * Number of the frame.
  */
@@ -498,6 +502,58 @@ message: string,
  * Position, m.
  */
 position: [number, number, number] | null, };
+
+export type SensitivityLine = { 
+/**
+ * Name.
+ */
+name: string, 
+/**
+ * Measure, as in results: `bend_radius`, `tension`, `reach`...
+ */
+measure: string, 
+/**
+ * SI unit of value and limit; empty for a pure number.
+ */
+unit: string, 
+/**
+ * Its value now.
+ */
+value: number, 
+/**
+ * Its limit.
+ */
+limit: number, 
+/**
+ * Side of that limit: `min` or `max`.
+ */
+bound: string, 
+/**
+ * Place of the value.
+ */
+place: Place, 
+/**
+ * Derivatives by the place along x, y, z, unit over m: towards smaller and larger coordinates; null where unknown.
+ */
+by: [[number | null, number | null], [number | null, number | null], [number | null, number | null]], 
+/**
+ * Why those to both sides differ, or are unknown.
+ */
+reasons: [string | null, string | null, string | null], };
+
+export type Sensitivities = { 
+/**
+ * Name of the constraint.
+ */
+constraint: string, 
+/**
+ * Why there is none.
+ */
+reason: string | null, 
+/**
+ * The requirements that have a value now, in the order of the sheet.
+ */
+lines: Array<SensitivityLine>, };
 
 export type TimelineStep = { 
 /**
@@ -917,7 +973,7 @@ left_out: number,
  */
 not_read: number, };
 
-export type Notice = { "is": "scene" } & Scene | { "is": "timeline" } & Timeline | { "is": "sheet" } & Sheet | { "is": "session" } & Session | { "is": "refused", 
+export type Notice = { "is": "scene" } & Scene | { "is": "timeline" } & Timeline | { "is": "sheet" } & Sheet | { "is": "sensitivities" } & Sensitivities | { "is": "session" } & Session | { "is": "refused", 
 /**
  * The reason.
  */

@@ -23,10 +23,10 @@ const WORDS: Record<string, string> = {
 };
 
 /** Number of a measure with its unit. */
-export function inUnit(measure: string, unit: string, value: number): string {
-  if (measure === "reach") return `${quantity(value, "")} × its length`;
-  if (measure === "strain") return `${quantity(100 * value, "")} %`;
-  return quantity(value, unit);
+export function inUnit(measure: string, unit: string, value: number, significant = 3): string {
+  if (measure === "reach") return `${quantity(value, "", significant)} × its length`;
+  if (measure === "strain") return `${quantity(100 * value, "", significant)} %`;
+  return quantity(value, unit, significant);
 }
 
 export const limitWords = (bound: string, measure: string, unit: string, limit: number): string => `${bound === "min" ? "at least" : "at most"} ${inUnit(measure, unit, limit)}`;
@@ -46,7 +46,7 @@ export function sentence(line: { measure: string; unit: string; bound: string; l
 }
 
 /** "bend radius 33.1 mm"; "bend radius" where nothing was checked. */
-export const worstWords = (line: SheetLine): string => (line.worst === null ? title(line.measure) : `${title(line.measure)} ${inUnit(line.measure, line.unit, line.worst)}`);
+export const worstWords = (line: Pick<SheetLine, "measure" | "unit" | "worst">): string => (line.worst === null ? title(line.measure) : `${title(line.measure)} ${inUnit(line.measure, line.unit, line.worst)}`);
 
 /** The order of the banner: what must be kept first, then what destroys cables, then the smallest margin. */
 export function worstFirst(a: Violation | SheetLine, b: Violation | SheetLine): number {

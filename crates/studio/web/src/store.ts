@@ -1,13 +1,14 @@
 // What the page knows: scene, timeline, session, and the frames it has got; which of them is shown.
 import { Emitter } from "./emitter";
 import { fits, type Frame } from "./frame";
-import type { Contents, Document, Imported, Notice, NotOpened, OfferedDraft, Scene, Session, Sheet, StartPage, TextFault, Timeline } from "./protocol";
+import type { Contents, Document, Imported, Notice, NotOpened, OfferedDraft, Scene, Sensitivities, Session, Sheet, StartPage, TextFault, Timeline } from "./protocol";
 
 interface Events {
   scene: Scene;
   timeline: Timeline;
   sheet: Sheet;
   session: Session;
+  sensitivities: Sensitivities;
   /** Another frame is to be seen. */
   shown: Frame;
   /** A frame is to be seen that is not here. */
@@ -93,6 +94,9 @@ export class Store extends Emitter<Events> {
       case "session":
         this.session = notice;
         this.tell("session", notice);
+        break;
+      case "sensitivities":
+        this.tell("sensitivities", notice);
         break;
       case "refused":
         this.tell("refused", notice);

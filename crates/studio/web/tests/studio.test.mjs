@@ -102,6 +102,12 @@ test("steps are carried out and play; plugs and points follow the mouse; run rep
   assert.ok(distance(before, dragged) > 0.02);
   await page.screenshot({ path: `${shots}studio-plug-dragged.png` });
 
+  // Once it rests the page says what moving the plug on does to the requirements.
+  await page.waitForFunction(() => document.querySelectorAll("#sensitivities tbody tr").length > 0);
+  const told = await page.locator("#sensitivities").innerText();
+  assert.match(told, /Moved by 1 mm\s+\+x\s+\+y\s+\+z/);
+  assert.match(told, /bend radius, .*\s+[+−][\d.]+ mm/);
+
   // Any point: a handle appears.
   const point = await page.evaluate(() => {
     const { store, toScreen } = window.wireloom;

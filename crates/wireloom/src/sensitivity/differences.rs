@@ -2,6 +2,7 @@
 
 use super::answer::{Derivative, NoAnswer, Parameter, Source};
 use super::outputs::{Asked, Catalogue, Measured};
+use wireloom_core::conditions::Partner;
 use wireloom_core::{EventPlace, Network};
 use wireloom_scenario::{Scenario, Setting};
 use wireloom_solve::steps::nearby::Neighbourhood;
@@ -35,8 +36,21 @@ const SMOOTH: f64 = 1e-2;
 /// Ratio of the differences of the derivatives to both sides of the closer pair and of the first one, for a smooth
 /// function: [`CLOSER`], with room for higher orders.
 const SHRINKS: [f64; 2] = [0.15, 0.4];
-/// The neighbourhood of the equilibrium, by any number of the scenario.
-pub(super) struct Around<'a, 'n> {
+
+/// The neighbourhood of an equilibrium.
+pub(super) trait Around {
+    /// Results with another value of a parameter, or why there are none.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    fn at(&mut self, parameter: &Parameter, value: f64) -> Result<Result<Measured, String>, NoAnswer>;
+
+    /// Name of a branch and what it touches at a contact point.
+    fn words(&self, touching: (u32, Partner)) -> String;
+}
+
+/// The neighbourhood by any number of a scenario.
+pub(super) struct OfScenario<'a, 'n> {
     pub source: &'a Source<'a>,
     pub scenario: &'a Scenario,
     pub catalogue: &'a Catalogue,
@@ -50,85 +64,7 @@ pub(super) struct Around<'a, 'n> {
 /// Results with a smaller and a larger value of a parameter, or why there are none.
 type Pair = [Result<Measured, String>; 2];
 
-impl Around<'_, '_> {
-    /// Derivatives of all outputs by a parameter.
-    pub fn derivatives(
-        &mut self,
-        parameter: &Parameter,
-        here: &Measured,
-        outputs: &[Asked],
-    ) -> Result<Vec<Derivative>, NoAnswer> {
-        let (mut h, mut first) = self.suitable_step(parameter)?;
-        let mut closer = None;
-        if let [Ok(_), Err(_)] | [Err(_), Ok(_)] = first {
-            // What one side alone did not find may lie nearer.
-            let nearer = self.pair(parameter, CLOSER * h)?;
-            if nearer.iter().all(Result::is_ok) {
-                (h, first) = (CLOSER * h, nearer);
-            } else {
-                closer = Some(nearer);
-            }
-        }
-        let mut all = Vec::with_capacity(outputs.len());
-        for asked in outputs {
-            let Some(value) = asked.value else {
-                let reason = Some("it has no value here".to_owned());
-                all.push(Derivative { reason, ..Derivative::default() });
-                continue;
-            };
-            let one = Differences::new(asked, value, h, &first);
-            if one.agree(asked) && !differs(&first, &asked.name) {
-                all.push(Derivative { value: one.central(), ..Derivative::default() });
-                continue;
-            }
-            // Curvature shrinks with the step; a kink does not.
-            if closer.is_none() {
-                closer = Some(self.pair(parameter, CLOSER * h)?);
-            }
-            let pair = closer.as_ref().unwrap_or(&first);
-            let two = Differences::new(asked, value, CLOSER * h, pair);
-            // A closer pair alone shows nothing: it may be between two kinks.
-            let smooth = two.are_curved(&one, asked);
-            // Of both pairs, without the error of second order (Richardson).
-            let extrapolated = || Some((two.central()? - CLOSER * CLOSER * one.central()?) / (1.0 - CLOSER * CLOSER));
-            all.push(if smooth && !differs(pair, &asked.name) {
-                Derivative { value: extrapolated(), ..Derivative::default() }
-            } else {
-                Derivative { value: None, sides: two.sides, reason: Some(self.reason(here, pair, &asked.name)) }
-            });
-        }
-        Ok(all)
-    }
-
-    /// A step that moves the harness neither too far nor too little, and the results of both sides.
-    fn suitable_step(&mut self, parameter: &Parameter) -> Result<(f64, Pair), NoAnswer> {
-        let scale = parameter.scale;
-        let largest = if scale > 0.0 { LARGEST_STEP * scale } else { LARGEST_FROM_ZERO };
-        let mut h = if scale > 0.0 { STEP * scale } else { STEP_FROM_ZERO };
-        let mut pair = self.pair(parameter, h)?;
-        for _ in 0..STEP_CHANGES {
-            let distances = pair.iter().flatten().map(|measured| measured.near.distance);
-            let next = match distances.reduce(f64::max) {
-                None => CUT * h,
-                Some(distance) if distance > FAR => h * MOVES / distance,
-                Some(distance) if distance > 0.0 && distance < NEAR => (h * MOVES / distance).min(largest),
-                Some(_) => break,
-            };
-            if next == h {
-                break;
-            }
-            h = next;
-            pair = self.pair(parameter, h)?;
-        }
-        Ok((h, pair))
-    }
-
-    /// Results of both sides.
-    fn pair(&mut self, parameter: &Parameter, h: f64) -> Result<Pair, NoAnswer> {
-        Ok([self.at(parameter, parameter.value - h)?, self.at(parameter, parameter.value + h)?])
-    }
-
-    /// Results with another value of a parameter.
+impl Around for OfScenario<'_, '_> {
     fn at(&mut self, parameter: &Parameter, value: f64) -> Result<Result<Measured, String>, NoAnswer> {
         let Source { text, files, registry, monitor } = self.source;
         if monitor.is_stopped() {
@@ -154,28 +90,109 @@ impl Around<'_, '_> {
         })
     }
 
-    /// Why an output has no derivative.
-    fn reason(&self, here: &Measured, pair: &Pair, name: &str) -> String {
-        let [below, above] = match pair {
-            [Err(reason), Err(_)] => return reason.clone(),
-            [Err(reason), Ok(_)] => return format!("towards smaller values: {reason}"),
-            [Ok(_), Err(reason)] => return format!("towards larger values: {reason}"),
-            [Ok(below), Ok(above)] => [below, above],
+    fn words(&self, touching: (u32, Partner)) -> String {
+        self.neighbourhood.words(touching)
+    }
+}
+
+/// Derivatives of all outputs by a parameter.
+pub(super) fn derivatives(
+    around: &mut dyn Around,
+    parameter: &Parameter,
+    here: &Measured,
+    outputs: &[Asked],
+) -> Result<Vec<Derivative>, NoAnswer> {
+    let (mut h, mut first) = suitable_step(around, parameter)?;
+    let mut closer = None;
+    if let [Ok(_), Err(_)] | [Err(_), Ok(_)] = first {
+        // What one side alone did not find may lie nearer.
+        let nearer = both_sides(around, parameter, CLOSER * h)?;
+        if nearer.iter().all(Result::is_ok) {
+            (h, first) = (CLOSER * h, nearer);
+        } else {
+            closer = Some(nearer);
+        }
+    }
+    let mut all = Vec::with_capacity(outputs.len());
+    for asked in outputs {
+        let Some(value) = asked.value else {
+            let reason = Some("it has no value here".to_owned());
+            all.push(Derivative { reason, ..Derivative::default() });
+            continue;
         };
-        let touching = [&below.near.touching, &here.near.touching, &above.near.touching];
-        let changes = touching[0].symmetric_difference(touching[2]);
-        if let Some(changed) = changes.chain(touching[0].symmetric_difference(touching[1])).next() {
-            return format!("contact changes here, between {}", self.neighbourhood.words(*changed));
+        let one = Differences::new(asked, value, h, &first);
+        if one.agree(asked) && !differs(&first, &asked.name) {
+            all.push(Derivative { value: one.central(), ..Derivative::default() });
+            continue;
         }
-        if below.value(name).is_none() || above.value(name).is_none() {
-            return "it has no value on one side".to_owned();
+        // Curvature shrinks with the step; a kink does not.
+        if closer.is_none() {
+            closer = Some(both_sides(around, parameter, CLOSER * h)?);
         }
-        match (below.place(name), above.place(name)) {
-            (Some(one), Some(other)) if is_elsewhere(below, one, other) => {
-                format!("the worst place changes here: {one}, or {other}")
-            }
-            _ => "its slopes to both sides differ".to_owned(),
+        let pair = closer.as_ref().unwrap_or(&first);
+        let two = Differences::new(asked, value, CLOSER * h, pair);
+        // A closer pair alone shows nothing: it may be between two kinks.
+        let smooth = two.are_curved(&one, asked);
+        // Of both pairs, without the error of second order (Richardson).
+        let extrapolated = || Some((two.central()? - CLOSER * CLOSER * one.central()?) / (1.0 - CLOSER * CLOSER));
+        all.push(if smooth && !differs(pair, &asked.name) {
+            Derivative { value: extrapolated(), ..Derivative::default() }
+        } else {
+            Derivative { value: None, sides: two.sides, reason: Some(reason(around, here, pair, &asked.name)) }
+        });
+    }
+    Ok(all)
+}
+
+/// A step that moves the harness neither too far nor too little, and the results of both sides.
+fn suitable_step(around: &mut dyn Around, parameter: &Parameter) -> Result<(f64, Pair), NoAnswer> {
+    let scale = parameter.scale;
+    let largest = if scale > 0.0 { LARGEST_STEP * scale } else { LARGEST_FROM_ZERO };
+    let mut h = if scale > 0.0 { STEP * scale } else { STEP_FROM_ZERO };
+    let mut pair = both_sides(around, parameter, h)?;
+    for _ in 0..STEP_CHANGES {
+        let distances = pair.iter().flatten().map(|measured| measured.near.distance);
+        let next = match distances.reduce(f64::max) {
+            None => CUT * h,
+            Some(distance) if distance > FAR => h * MOVES / distance,
+            Some(distance) if distance > 0.0 && distance < NEAR => (h * MOVES / distance).min(largest),
+            Some(_) => break,
+        };
+        if next == h {
+            break;
         }
+        h = next;
+        pair = both_sides(around, parameter, h)?;
+    }
+    Ok((h, pair))
+}
+
+/// Results of both sides.
+fn both_sides(around: &mut dyn Around, parameter: &Parameter, h: f64) -> Result<Pair, NoAnswer> {
+    Ok([around.at(parameter, parameter.value - h)?, around.at(parameter, parameter.value + h)?])
+}
+
+/// Why an output has no derivative.
+fn reason(around: &dyn Around, here: &Measured, pair: &Pair, name: &str) -> String {
+    let [below, above] = match pair {
+        [Err(reason), Err(_)] => return reason.clone(),
+        [Err(reason), Ok(_)] => return format!("towards smaller values: {reason}"),
+        [Ok(_), Err(reason)] => return format!("towards larger values: {reason}"),
+        [Ok(below), Ok(above)] => [below, above],
+    };
+    let touching = [&below.near.touching, &here.near.touching, &above.near.touching];
+    let changes = touching[0].symmetric_difference(touching[2]);
+    if let Some(changed) = changes.chain(touching[0].symmetric_difference(touching[1])).next() {
+        return format!("contact changes here, between {}", around.words(*changed));
+    }
+    if below.value(name).is_none() || above.value(name).is_none() {
+        return "it has no value on one side".to_owned();
+    }
+    match (below.place(name), above.place(name)) {
+        (Some(one), Some(other)) if is_elsewhere(below, one, other) => {
+            format!("the worst place changes here: {one}, or {other}")
+        }
+        _ => "its slopes to both sides differ".to_owned(),
     }
 }
 

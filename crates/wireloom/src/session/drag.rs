@@ -108,13 +108,8 @@ impl Drag {
     /// # Errors
     /// If there is no such constraint, or it has no place that could be moved.
     pub fn of(step: String, name: &str, harness: &DrivenHarness, at: &Checkpoint) -> Result<Self, SessionError> {
-        let constraint = harness.active_constraint(name, at)?;
-        let own = &harness.network.constraints[constraint];
-        if own.stations.is_empty() {
-            let message = format!("\"{name}\" acts along a part of a branch and cannot be moved");
-            return Err(SessionError::request(message, "hold the cable, or move another constraint"));
-        }
-        let turning = turning(own);
+        let constraint = movable(name, harness, at)?;
+        let turning = turning(&harness.network.constraints[constraint]);
         Ok(Self { step, constraint, name: name.to_owned(), turning, turned: false, passed: Vec::new() })
     }
 
@@ -196,6 +191,19 @@ impl Drag {
         let way = Way { constraint: self.name.clone(), places: self.passed.iter().map(place).collect() };
         Some(Written { name: self.step.clone(), way: Some(way), ..Written::default() })
     }
+}
+
+/// Index of the active constraint of this name, which can be moved.
+///
+/// # Errors
+/// If there is none, or it has no place that could be moved.
+pub(crate) fn movable(name: &str, harness: &DrivenHarness, at: &Checkpoint) -> Result<usize, SessionError> {
+    let constraint = harness.active_constraint(name, at)?;
+    if harness.network.constraints[constraint].stations.is_empty() {
+        let message = format!("\"{name}\" acts along a part of a branch and cannot be moved");
+        return Err(SessionError::request(message, "hold the cable, or move another constraint"));
+    }
+    Ok(constraint)
 }
 
 /// A step of one increment, in which a constraint moves to a pose.

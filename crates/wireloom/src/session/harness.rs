@@ -13,6 +13,7 @@ use wireloom_scenario::{Built, Fault, Files, Scenario};
 use wireloom_solve::steps::checkpoint::Checkpoint;
 use wireloom_solve::steps::checkpoint_transfer::{Transferred, transfer};
 use wireloom_solve::steps::interactive::{Ended, InteractiveDriver};
+use wireloom_solve::steps::nearby::{Moved, NotFound};
 use wireloom_solve::steps::{Guide, Interruption};
 
 /// A harness and its solver.
@@ -106,6 +107,14 @@ impl DrivenHarness {
             Transferred::Same(checkpoint) => Some(*checkpoint),
             Transferred::Approximate(checkpoint) => self.driver.borrow_mut().balance(&self.network, *checkpoint),
         }
+    }
+
+    /// The equilibrium at a checkpoint, and those near it with a constraint moved.
+    ///
+    /// # Errors
+    /// If it is no equilibrium that has neighbours.
+    pub(crate) fn moved(&self, at: &Checkpoint) -> Result<Moved<'_>, NotFound> {
+        self.driver.borrow().moved(&self.network, at)
     }
 
     /// Index of the active constraint of this name.
