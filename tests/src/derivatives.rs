@@ -69,7 +69,7 @@ pub fn largest_error(
 }
 
 /// Settings for runs with the same mesh, whatever the lengths are, and with forces balanced to round-off.
-fn fixed(built: &Built) -> Vec<Setting> {
+pub fn fixed(built: &Built) -> Vec<Setting> {
     let branches = built.network.branches.iter();
     let segments = branches.map(|branch| {
         let key = format!("branches.{}.segments", wireloom::scenario::adjust::quoted(&branch.name));

@@ -3,15 +3,14 @@
 
 use std::process::Command;
 use wireloom::export::table::{Column, read as read_table};
-use wireloom::parts::Value;
-use wireloom::scenario::record::with_value;
-use wireloom::scenario::{NoFiles, number_at};
-use wireloom::sensitivity::{NoAnswer, of_move};
+use wireloom::result::RequirementResult;
+use wireloom::scenario::{NoFiles, Setting, number_at};
+use wireloom::sensitivity::{NoAnswer, Source, of_move, of_requirements};
 use wireloom::session::drag::{Drag, Goal};
 use wireloom::session::{DrivenHarness, Monitor};
-use wireloom::{Status, StepResult};
+use wireloom::{Control, Status, StepResult};
 use wireloom_tests::cables::{branch, connector, section};
-use wireloom_tests::derivatives::{derivatives, largest_error};
+use wireloom_tests::derivatives::{derivatives, fixed, largest_error};
 use wireloom_tests::place::Place;
 use wireloom_tests::{program, root};
 
@@ -471,45 +470,102 @@ fn what_is_symmetric_in_a_tolerance_is_spread_by_its_curvature() {
     assert!((5e-5..1.5e-4).contains(&spread.deviation) && spread.remark.is_some(), "{spread:?}");
 }
 
-/// The table of what drives each requirement, against runs with the number 0.1 mm larger and smaller. The worst values
-/// of this harness stay in their increments. Where a plug is on its way from where it began, that place changes with
-/// the lengths, too: -0.140 instead of -0.084 came out for the clip once.
+/// What drives each requirement, by its two keys that do most, against runs with the number 10 µm larger and smaller
+/// on the same mesh. Returns the number of derivatives compared, of worst values that stay in their increment and at
+/// their place, without a history. In a step that begins with a constraint, the way of that changes with the lengths,
+/// too: -0.140 instead of -0.084 came out for the clip of `first.toml` once.
+#[track_caller]
+fn against_runs(path: &str) -> usize {
+    let (text, registry) = (scenario(path), wireloom::registry());
+    let (_, built) = wireloom::load(&text, &registry).expect("no faults");
+    let fixed = fixed(&built);
+    let run = wireloom::run(built, &mut |_, _| Control::Continue);
+    let found = of_requirements(Source::new(&text, &NoFiles, &registry), &run).unwrap_or_else(|none| panic!("{none}"));
+    let mut compared = 0;
+    for (k, own) in found.iter().enumerate().filter(|(_, own)| !own.keeps_history) {
+        for by in own.by.iter().take(2) {
+            let number = number_at(&text, &by.key, &registry).expect("a number").value;
+            let at = |change: f64| {
+                let settings: Vec<Setting> =
+                    fixed.iter().cloned().chain([Setting::number(&by.key, number + change)]).collect();
+                let loaded = wireloom::load_with_settings(&text, &settings, &NoFiles, &registry);
+                let run = wireloom::run(loaded.expect("no faults").1, &mut |_, _| Control::Continue);
+                assert_eq!(run.status(), Status::Converged, "{path}: {}", by.key);
+                run.requirements[k].clone()
+            };
+            let Some(derivative) = by.derivative else { continue };
+            let sides = [at(-1e-5), at(1e-5)];
+            let here = &run.requirements[k];
+            let stays = |line: &RequirementResult| {
+                let away = line.place.s.zip(here.place.s).map_or(0.0, |(a, b)| (a - b).abs());
+                line.moment == here.moment && line.place.branch == here.place.branch && away < 1e-3
+            };
+            let [Some(below), Some(above)] = sides.each_ref().map(|line| line.worst) else { continue };
+            if sides.iter().all(stays) {
+                let difference = (above - below) / 2e-5;
+                // 10 µm are not little for a straight cable that is pressed; 1e-5 is noise of what is next to nothing.
+                let allowed = 1e-5 + 1e-2 * difference.abs();
+                let what = format!("{path}: {} by {}: {derivative:e}", own.requirement, by.key);
+                assert!((derivative - difference).abs() <= allowed, "{what}, {difference:e} by runs");
+                compared += 1;
+            }
+        }
+    }
+    compared
+}
+
 #[test]
 fn what_drives_the_requirements_is_what_runs_with_other_lengths_say() {
-    // The same mesh whatever the lengths are.
-    let text = scenario("first.toml").replace("max_segment = \"10 mm\"", "segments = 40")
-        + "\n[output]\nsensitivities = true\nreport = true\n";
-    let place = Place::new(&text);
+    let all = [
+        ("first.toml", 6),
+        ("analytic/wind.toml", 2),
+        ("analytic/temperature.toml", 2),
+        ("assembly/clip_nearest.toml", 2),
+        ("assembly/workbench.toml", 6),
+        ("branches/added_constraint.toml", 6),
+        ("branches/engine_bay.toml", 8),
+        ("branches/hinge.toml", 3),
+        ("branches/release.toml", 4),
+        ("branches/sections_from_wires.toml", 10),
+        ("branches/via_and_turns.toml", 3),
+        ("branches/y_compliant_hub.toml", 4),
+        ("branches/y_fused.toml", 6),
+        ("contact/cable_on_plane.toml", 2),
+        ("contact/door.toml", 3),
+        ("mechanisms/door.toml", 4),
+    ];
+    for (path, least) in all {
+        let compared = against_runs(path);
+        assert!(compared >= least, "{path}: {compared}");
+    }
+}
+
+#[test]
+fn what_drives_the_requirements_stands_in_the_results_and_on_the_page() {
+    let place = Place::new(&(scenario("first.toml") + "\n[output]\nsensitivities = true\nreport = true\n"));
     place.run(&["run", "s.toml", "--out", "out"]).says(0, &[]);
     let result = place.result("out");
     let found = result["sensitivities"].as_array().expect("sensitivities");
     let sheet = result["requirements"].as_array().expect("requirements");
     assert_eq!(found.len(), sheet.len());
-    let worst = |text: &str, k: usize| {
-        let run = wireloom_tests::cables::run(text);
-        assert_eq!(run.status(), Status::Converged);
-        run.requirements[k].worst.expect("a value")
-    };
-    let mut compared = 0;
-    for (k, own) in found.iter().enumerate() {
-        assert_eq!(own["requirement"], sheet[k]["name"]);
-        for by in own["by"].as_array().into_iter().flatten().take(1) {
-            let (key, Some(derivative)) = (by["key"].as_str().expect("a key"), by["derivative"].as_f64()) else {
-                continue;
-            };
-            let number = number_at(&text, key, &wireloom::registry()).expect("a number").value;
-            let at = |change: f64| {
-                let changed = with_value(&text, key, &Value::Number(number + change), &wireloom::registry());
-                worst(&changed.expect("a key of the text"), k)
-            };
-            let difference = (at(1e-4) - at(-1e-4)) / 2e-4;
-            assert!((derivative - difference).abs() < 1e-3 * difference.abs(), "{own}: {difference} by runs");
-            compared += 1;
-        }
-    }
-    assert!(compared >= 3, "{compared} derivatives, {found:#?}");
+    assert!(found.iter().zip(sheet).all(|(own, line)| own["requirement"] == line["name"]), "{found:#?}");
     let page = place.text("out/report.html");
     assert!(page.contains("What drives each requirement") && page.contains("branches.left.length"), "the report");
+}
+
+/// The worst force is that on the way through the increment in which the harness snaps; that at its end has another
+/// derivative, which was told.
+#[test]
+fn a_worst_value_on_the_way_has_no_derivative() {
+    let (text, registry) = (scenario("branches/y_compliant_hub.toml"), wireloom::registry());
+    let (_, built) = wireloom::load(&text, &registry).expect("no faults");
+    let run = wireloom::run(built, &mut |_, _| Control::Continue);
+    let found = of_requirements(Source::new(&text, &NoFiles, &registry), &run).expect("derivatives");
+    let buckling =
+        found.iter().find(|own| own.requirement == "straight spans do not buckle").expect("it always counts");
+    let reason = buckling.reason.as_deref().expect("a reason");
+    assert!(reason.contains("is on the way through this increment"), "{reason}");
+    assert!(buckling.by.is_empty());
 }
 
 /// Distance of a move by hand, m.

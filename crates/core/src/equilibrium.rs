@@ -443,6 +443,10 @@ pub struct RequirementSensitivity {
     pub increment: usize,
     /// Unit of the value.
     pub unit: String,
+    /// Whether friction, slip, or parts that remember have a history there, which is kept as it is: what a key does to
+    /// the path up to there is left out.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub keeps_history: bool,
     /// The keys that change it, the one that does most first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by: Vec<KeySensitivity>,

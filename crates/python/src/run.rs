@@ -18,7 +18,7 @@ use wireloom::export::fields;
 use wireloom::export::json::{self, Opened};
 use wireloom::export::picture::{self, Drawing};
 use wireloom::result::{Event, EventPlace, Moment, RequirementResult};
-use wireloom::sensitivity::{Source as Study, of_requirements};
+use wireloom::sensitivity::{Source as Study, add_sensitivities};
 use wireloom::session::{Checkpoint, Monitor, Observer, Progress};
 use wireloom::{Control, StepResult};
 use wireloom_studio::protocol::Scene;
@@ -99,10 +99,7 @@ fn carry_out(source: &Source, watcher: &mut Watcher) -> Result<Run, Failure> {
     run.drawn_start = wireloom::compare_with_drawn_start(&scenario, &run, &registry, &watcher.monitor);
     if asked {
         let study = Study { monitor: watcher.monitor.clone(), ..Study::new(&source.text, &files, &registry) };
-        match of_requirements(study, &run) {
-            Ok(found) => run.sensitivities = found,
-            Err(none) => run.notes.push(format!("sensitivities of the requirements are not known: {none}")),
-        }
+        add_sensitivities(&mut run, study);
     }
     let lost = || Failure::Internal("the files of the run are lost".to_owned());
     let recipe = watcher.recipe.take().ok_or_else(lost)?;

@@ -52,7 +52,7 @@ mod tolerances;
 
 pub use answer::{Derivative, NoAnswer, Output, Parameter, Question, Sensitivities, Source, Spread, Tolerance};
 pub use moved::{OfMove, of_move};
-pub use sheet::of_requirements;
+pub use sheet::{add_sensitivities, of_requirements};
 
 use differences::OfScenario;
 use outputs::{Asked, Catalogue};

@@ -88,17 +88,14 @@ pub fn finished(arguments: &RunArguments, out: &mut dyn Write) -> Result<Finishe
 
 /// Finds what lengths and places do to the requirements; a note says why where that is not known.
 fn find_sensitivities(run: &mut Run, file: &Path, text: String, (registry, settings): (&Registry, &[Setting])) {
-    let found = if settings.is_empty() {
-        let files = Beside::of(file);
-        let source = Source { monitor: interrupt::monitor().clone(), ..Source::new(text, &files, registry) };
-        sensitivity::of_requirements(source, run).map_err(|none| none.to_string())
-    } else {
-        Err("they are those of the file, and values were set beside it".to_owned())
-    };
-    match found {
-        Ok(found) => run.sensitivities = found,
-        Err(why) => run.notes.push(format!("sensitivities of the requirements are not known: {why}")),
+    if !settings.is_empty() {
+        let why =
+            "sensitivities of the requirements are those of the file, and values were set beside it: none were found";
+        return run.notes.push(why.to_owned());
     }
+    let files = Beside::of(file);
+    let source = Source { monitor: interrupt::monitor().clone(), ..Source::new(text, &files, registry) };
+    sensitivity::add_sensitivities(run, source);
 }
 
 /// Carries out a run that is ready to begin.

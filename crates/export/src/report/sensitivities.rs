@@ -11,6 +11,9 @@ const KEYS: usize = 5;
 /// What a key changes by, m.
 const STEP: f64 = 1e-3;
 
+/// Remark where there is a history.
+const HISTORY: &str = "with what has slipped or yielded before as it is: a run with another number also changes that";
+
 /// The table, requirement by requirement in the order of the scenario; nothing where it was not asked for.
 pub(super) fn sensitivities(run: &Run) -> Markup {
     if run.sensitivities.is_empty() {
@@ -21,7 +24,7 @@ pub(super) fn sensitivities(run: &Run) -> Markup {
             h2 { "What drives each requirement" }
             p {
                 "Change of its worst value by 1 mm more of a length or a place, the largest first, at most " (KEYS)
-                " of each requirement; result.json has all. What friction and parts with memory keep stays as it is."
+                " of each requirement; result.json has all."
             }
             table {
                 (heading(&["requirement", ">worst", "1 mm more of", ">changes it by", "remark"]))
@@ -47,7 +50,10 @@ fn rows(own: &RequirementSensitivity, measure: Measure, worst: Option<f64>) -> M
                 td class="n" { @if k == 0 { (worst) } }
                 td { (by.key) }
                 td class="n" { (change(by, measure)) }
-                td { @if let Some(reason) = &by.reason { (reason) } }
+                td {
+                    @if let Some(reason) = &by.reason { (reason) }
+                    @else if own.keeps_history { (HISTORY) }
+                }
             }
         }
     }

@@ -67,10 +67,11 @@ const STEPS: usize = 40;
 const MISSES: usize = 4;
 /// Largest number of updates of multipliers.
 const UPDATES: usize = 60;
-/// Largest difference of targets (m, rad) that are the same.
-const SAME_TARGET: f64 = 1e-9;
-/// The same for angles between quaternions, whose round-off is larger.
-const SAME_TURN: f64 = 1e-7;
+/// Largest difference of targets (m, rad) that are the same. Where a constraint takes the cable where it is, they are
+/// as exact as the run: its equilibria are balanced further here.
+const SAME_TARGET: f64 = 1e-5;
+/// Largest difference of load factors, temperatures (K) and accelerations (SI) that are the same.
+const SAME_LOAD: f64 = 1e-9;
 
 /// Reason why an equilibrium near the reference was not found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -204,14 +205,14 @@ impl<'n> Neighbourhood<'n> {
             let prescribes = matches!(constraint.model.action(), Action::Prescribed(_));
             let [a, b] = [&walked.targets[f], &reached.targets[f]];
             let turned = a.orientation.angle_to(&b.orientation);
-            let near = (a.position - b.position).norm() <= SAME_TARGET && turned <= SAME_TURN;
+            let near = (a.position - b.position).norm() <= SAME_TARGET && turned <= SAME_TARGET;
             !reached.active[f] || prescribes || near
         };
-        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME_TARGET;
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME_LOAD;
         let loads = walked.load_factors.iter().zip(&reached.load_factors).all(near);
         let temperatures = walked.temperatures.iter().zip(&reached.temperatures).all(near);
-        let gravity = (walked.gravity - reached.gravity).norm() <= SAME_TARGET;
-        let rotation = (walked.rotation.velocity - reached.rotation.velocity).norm() <= SAME_TARGET;
+        let gravity = (walked.gravity - reached.gravity).norm() <= SAME_LOAD;
+        let rotation = (walked.rotation.velocity - reached.rotation.velocity).norm() <= SAME_LOAD;
         let loads = loads && temperatures && gravity && rotation;
         let all = held && network.constraints.iter().enumerate().all(same) && loads;
         if all { Ok(new) } else { Err(NotFound::OtherPath) }
@@ -489,7 +490,9 @@ impl<'n> Kept<'n> {
                 // A soft harness moves far under small forces.
                 let rests = |accuracy: f64| length <= accuracy * distance.unwrap_or(0.0).max(SMALLEST);
                 let accuracy = if misses >= MISSES { LEAST_ACCURACY } else { ACCURACY };
-                if residual == 0.0 || misses > 0 && balanced() && rests(accuracy) {
+                // Where nothing rounds off, steps go on getting shorter.
+                let stands = || length <= f64::EPSILON && balanced();
+                if residual == 0.0 || misses > 0 && balanced() && rests(accuracy) || stands() {
                     return Ok(distance.unwrap_or(0.0));
                 }
             }

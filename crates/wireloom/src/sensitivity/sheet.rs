@@ -9,6 +9,14 @@ use wireloom_scenario::{lengths_and_places, number_at};
 /// Derivatives that are noise, as a fraction of the largest one of their requirement.
 const NOISE: f64 = 1e-6;
 
+/// Adds to a run what [`of_requirements`] finds, or a note why there is nothing.
+pub fn add_sensitivities(run: &mut Run, source: Source<'_>) {
+    match of_requirements(source, run) {
+        Ok(found) => run.sensitivities = found,
+        Err(none) => run.notes.push(format!("sensitivities of the requirements are not known: {none}")),
+    }
+}
+
 /// Derivatives of the worst value of each requirement of a run by the lengths of branches and the places of
 /// constraints, also those that steps move them to, as far as the scenario's text holds them. The scenario is carried
 /// out once more. Empty where the run did not converge.
@@ -47,15 +55,22 @@ pub fn of_requirements(source: Source<'_>, run: &Run) -> Result<Vec<RequirementS
     for ((step, increment), lines) in moments {
         study.run_to(step)?;
         let of: Vec<String> = lines.iter().map(|&k| names[k].clone()).collect();
-        let outputs = match study.derivatives((step, increment), &of, &parameters) {
-            Ok(answer) => answer.outputs,
+        let answer = match study.derivatives((step, increment), &of, &parameters) {
+            Ok(answer) => answer,
             Err(none @ (NoAnswer::NotConverged { .. } | NoAnswer::NotDifferentiable { .. })) => {
                 lines.iter().for_each(|&k| found[k].reason = Some(none.to_string()));
                 continue;
             }
             Err(none) => return Err(none),
         };
-        for (k, output) in lines.into_iter().zip(outputs) {
+        for (k, output) in lines.into_iter().zip(answer.outputs) {
+            found[k].unit = output.unit;
+            // On the way through the increment it is no value of the equilibrium at its end.
+            let none = output.value.is_none().then(|| "it has no finite value there".to_owned());
+            if let Some(reason) = none.or(output.remark) {
+                found[k].reason = Some(reason);
+                continue;
+            }
             let known = parameters.iter().zip(output.by).map(|(parameter, own)| KeySensitivity {
                 key: parameter.key.clone(),
                 derivative: own.value,
@@ -66,12 +81,8 @@ pub fn of_requirements(source: Source<'_>, run: &Run) -> Result<Vec<RequirementS
             by.sort_by(|a, b| b.size().total_cmp(&a.size()));
             let least = NOISE * by[0].size();
             by.retain(|own| own.size() > least || own.reason.is_some());
-            found[k].unit = output.unit;
-            if output.value.is_none() {
-                found[k].reason = Some("it has no finite value there".to_owned());
-            } else {
-                found[k].by = by;
-            }
+            found[k].by = by;
+            found[k].keeps_history = answer.keeps_history;
         }
     }
     Ok(found)
