@@ -1,9 +1,10 @@
-"""Own constraints whose gradient JAX or PyTorch derives."""
+"""Own constraints whose gradient JAX or PyTorch derives; results that they differentiate."""
 
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import SCENARIOS
 
 import wireloom
 from wireloom import parts
@@ -55,7 +56,7 @@ def torch_tether() -> type[parts.Constraint]:
             return x, 0.5 * self.stiffness * torch.sum((x - target) ** 2)
 
         def energy(self, at: parts.View) -> float:
-            return float(self.of(at)[1])
+            return float(self.of(at)[1].detach())
 
         def gradient(self, at: parts.View) -> tuple[object, object]:
             x, energy = self.of(at)
@@ -77,3 +78,58 @@ def test_a_derived_gradient_is_that_of_a_springy_hand(make: Any) -> None:
     assert np.linalg.norm(expected) > 0.1
     # Both runs are converged to 1e-6 of the loads.
     assert np.allclose(force, expected, rtol=0, atol=1e-5)
+
+
+OF = ["energy.total", "force.plug-B"]
+BY = ["sections.cable.bending_stiffness", "branches.cable.length", "constraints.plug-B.position.2"]
+AT = [0.012, 1.0, 0.05]
+
+
+def scenario() -> wireloom.Scenario:
+    """One whose equilibria are exact enough for differences of runs."""
+    return wireloom.loads(wireloom.EXAMPLE + "\n[minimiser]\nforce_tolerance = 1e-10\n")
+
+
+def test_jax_differentiates_results() -> None:
+    jax = pytest.importorskip("jax", reason="JAX is not installed: pip install jax")
+    from jax.test_util import check_grads
+
+    jax.config.update("jax_enable_x64", True)
+    s = scenario()
+    function, at = s.jax_function(OF, BY), jax.numpy.array(AT)
+    check_grads(function, (at,), order=1, modes=["rev"], eps=1e-5, atol=1e-4, rtol=1e-4)
+    # Compiled, and one after the other.
+    slopes = jax.jit(jax.jacrev(function))(at)
+    for key, value in zip(BY, AT, strict=True):
+        s[key] = value
+    assert np.allclose(slopes, s.sensitivities(OF, BY).derivatives, rtol=1e-9, atol=1e-12)
+    both = jax.vmap(function)(jax.numpy.stack([at, at * 1.01]))
+    assert both.shape == (2, 2) and np.allclose(both[0], function(at), rtol=1e-12)
+    with pytest.raises(ValueError, match=r"shape \(3,\) are wanted"):
+        function(at[:2])
+    with pytest.raises(Exception, match="force.plug-X"):
+        s.jax_function(["force.plug-X"], BY)(at).block_until_ready()
+
+
+def test_torch_differentiates_results() -> None:
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed, which is large: pip install torch")
+    function = scenario().torch_function(OF, BY)
+    at = torch.tensor(AT, dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(function, (at,), eps=1e-5, atol=1e-4, rtol=1e-4)
+    with pytest.raises(ValueError, match=r"shape \(3,\) are wanted"):
+        function(at[:2])
+    with pytest.raises(wireloom.RequestError, match="force.plug-X"):
+        scenario().torch_function(["force.plug-X"], BY)(at)
+
+
+def test_where_there_is_no_derivative_none_is_taken() -> None:
+    jax = pytest.importorskip("jax", reason="JAX is not installed: pip install jax")
+    jax.config.update("jax_enable_x64", True)
+    s = wireloom.load(SCENARIOS / "contact/cable_on_plane.toml")
+    # Here contact changes.
+    s["constraints.plug-A.position.2"] = "10.1 mm"
+    function = s.jax_function(["energy.total"], ["obstacles.floor.point.2"])
+    at = jax.numpy.zeros(1)
+    assert np.isfinite(function(at)).all()
+    with pytest.raises(Exception, match=r"energy.total has no derivative by obstacles.floor.point.2 here"):
+        jax.jacrev(function)(at).block_until_ready()

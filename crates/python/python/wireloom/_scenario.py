@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from . import _study, _toml, _wireloom
+from . import _autodiff, _study, _toml, _wireloom
 from ._errors import Diagnostic
 from ._progress import Progress
 from ._run import Run, Step
@@ -290,6 +290,55 @@ class Scenario:
         ((1, 1), -0.94)
         """
         return _study.sensitivities(self._source(), of, by, step)
+
+    def jax_function(
+        self, of: Sequence[str], by: Sequence[str], *, step: str | None = None
+    ) -> Callable[[Any], Any]:
+        """Outputs at the end of a step as a function of numbers at some keys, which `jax.grad` and `jax.jit` take.
+        Each call carries the scenario out; derivatives are those of `sensitivities`.
+
+        Args:
+            of: names of the outputs, as in `sensitivities`.
+            by: keys of the numbers.
+            step: name of the step; by default the last one.
+
+        Returns:
+            A function from an array of shape (keys,) to one of shape (outputs,), SI. It is as exact as the arrays: by
+            default JAX has 32 bits, see `jax_enable_x64`. What `sensitivities` raises, and `NoAnswerError` where there
+            is no derivative, come as an error of JAX that quotes it.
+
+        Raises:
+            ImportError: JAX is not installed: `pip install jax`.
+
+        >>> import wireloom, jax
+        >>> jax.config.update("jax_enable_x64", True)
+        >>> s = wireloom.loads(wireloom.EXAMPLE)
+        >>> energy = s.jax_function(["energy.total"], ["sections.cable.linear_density"])
+        >>> slope = jax.jacobian(energy)(jax.numpy.array([0.05]))
+        >>> slope.shape
+        (1, 1)
+        """
+        return _autodiff.jax_function(_autodiff.Outputs(self, of, by, step))
+
+    def torch_function(
+        self, of: Sequence[str], by: Sequence[str], *, step: str | None = None
+    ) -> Callable[[Any], Any]:
+        """Outputs at the end of a step as a function of numbers at some keys, which `torch.autograd` differentiates
+        once. Each call carries the scenario out; derivatives are those of `sensitivities`.
+
+        Args:
+            of: names of the outputs, as in `sensitivities`.
+            by: keys of the numbers.
+            step: name of the step; by default the last one.
+
+        Returns:
+            A function from a tensor of shape (keys,) to one of shape (outputs,), SI, of the same type and device. It
+            raises what `sensitivities` raises, and `NoAnswerError` where there is no derivative.
+
+        Raises:
+            ImportError: PyTorch is not installed: `pip install torch`.
+        """
+        return _autodiff.torch_function(_autodiff.Outputs(self, of, by, step))
 
     def identify(
         self,
