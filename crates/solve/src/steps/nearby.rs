@@ -49,6 +49,8 @@ use wireloom_core::{Moment, Monitor, Network, Problem, State, Status, Tangent, V
 /// Largest residual, relative to the scales of the branches and above round-off, of a state in balance that further
 /// steps do not improve: round-off of what is not in the scales.
 const BALANCED: f64 = 1e-12;
+/// The same where stiff contacts round off more.
+const LEAST_BALANCED: f64 = 1e-10;
 /// The same as a fraction of the largest residual on the way, and for violations: the accuracy of differences.
 const ACCURACY: f64 = 1e-6;
 /// Last step as a fraction of the first one where round-off allows no smaller one.
@@ -486,13 +488,14 @@ impl<'n> Kept<'n> {
                 misses = if residual <= PROGRESS * last { 0 } else { misses + 1 };
                 last = residual.min(last);
                 self.largest = self.largest.max(residual);
-                let balanced = || residual <= ACCURACY * self.largest || problem.residual(&self.free) <= BALANCED;
+                let (accuracy, least) =
+                    if misses >= MISSES { (LEAST_ACCURACY, LEAST_BALANCED) } else { (ACCURACY, BALANCED) };
+                let balanced = || residual <= ACCURACY * self.largest || problem.residual(&self.free) <= least;
                 // A soft harness moves far under small forces.
-                let rests = |accuracy: f64| length <= accuracy * distance.unwrap_or(0.0).max(SMALLEST);
-                let accuracy = if misses >= MISSES { LEAST_ACCURACY } else { ACCURACY };
+                let rests = || length <= accuracy * distance.unwrap_or(0.0).max(SMALLEST);
                 // Where nothing rounds off, steps go on getting shorter.
-                let stands = || length <= f64::EPSILON && balanced();
-                if residual == 0.0 || misses > 0 && balanced() && rests(accuracy) || stands() {
+                let stands = || length <= f64::EPSILON;
+                if residual == 0.0 || balanced() && (misses > 0 && rests() || stands()) {
                     return Ok(distance.unwrap_or(0.0));
                 }
             }
