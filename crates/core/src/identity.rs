@@ -193,9 +193,54 @@ pub struct Identities {
     /// Connections.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub connections: Vec<Connection>,
+    /// What the sections in use are made of, of those whose wires are given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cross_sections: Vec<CrossSection>,
     /// Where it was imported from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kbl: Option<KblFile>,
+}
+
+/// What a section is made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CrossSection {
+    /// Name of the section.
+    pub section: String,
+    /// Its wires.
+    pub wires: Vec<WiresOfType>,
+    /// Diameter of all wires together, by their fill factor, m.
+    pub wires_diameter: f64,
+    /// Its coverings, from the inside.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coverings: Vec<CoveringOfSection>,
+}
+
+/// Wires of one type in a section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WiresOfType {
+    /// Name of the type.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Their number.
+    pub count: usize,
+    /// Diameter of one of them, m.
+    pub diameter: f64,
+}
+
+/// A covering in a section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoveringOfSection {
+    /// Name.
+    pub name: String,
+    /// Fraction of the length that it covers.
+    pub share: f64,
+    /// Inner diameter, m.
+    pub inner: f64,
+    /// Outer diameter, m.
+    pub outer: f64,
 }
 
 impl Identities {

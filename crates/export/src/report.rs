@@ -5,6 +5,7 @@
 //! itself. Long sections are folded; printing unfolds them.
 
 mod compared;
+mod cross_sections;
 mod deviation;
 mod identities;
 mod layout;
@@ -104,6 +105,7 @@ fn page(report: &Report<'_>) -> io::Result<Markup> {
                 (branches(&ends))
                 (deviation::deviation(ends.last().copied(), run.drawn_start.as_ref()))
                 (identities::identities(&run.identities))
+                (cross_sections::cross_sections(&run.identities.cross_sections))
                 @if !run.notes.is_empty() {
                     section id="notes" { h2 { "Notes" } ul { @for note in &run.notes { li { (note) } } } }
                 }

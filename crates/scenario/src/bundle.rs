@@ -353,10 +353,16 @@ impl Covering {
         self.thickness * self.layers as f64
     }
 
+    /// Inner and outer diameter of the covering on something of this diameter, m.
+    pub fn diameters(&self, diameter: f64) -> [f64; 2] {
+        let inner = self.inner_diameter.unwrap_or(0.0).max(diameter);
+        [inner, self.outer_diameter.unwrap_or(0.0).max(inner + 2.0 * self.wall())]
+    }
+
     /// The covering on something of this diameter, m.
     fn around(&self, diameter: f64) -> Shell {
         let t = self.wall();
-        let lies_at = self.inner_diameter.unwrap_or(0.0).max(diameter);
+        let [lies_at, outer] = self.diameters(diameter);
         // The wall of a corrugated tube runs to and fro between its diameters: taken in their middle.
         let inner = match (self.inner_diameter, self.outer_diameter) {
             (Some(inner), Some(outer)) => 0.5 * (inner + outer) - t,
@@ -372,7 +378,7 @@ impl Covering {
         };
         let measured = &self.measured;
         Shell {
-            diameter: self.outer_diameter.unwrap_or(0.0).max(lies_at + 2.0 * t),
+            diameter: outer,
             linear_density: measured.linear_density.unwrap_or(self.material.density * self.coverage * area),
             axial_stiffness: measured.axial_stiffness.unwrap_or(b * area),
             bending: shell(measured.bending_stiffness, b * moment),

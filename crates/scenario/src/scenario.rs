@@ -8,7 +8,7 @@ use crate::span::{Span, Spans};
 use crate::sweep::Sweep;
 use wireloom_core::conditions::RotatingAxes;
 use wireloom_core::constraint::{Limits, Slide};
-use wireloom_core::identity::Identities;
+use wireloom_core::identity::{CrossSection, Identities};
 use wireloom_core::joint::WireShare;
 use wireloom_core::load::LoadAction;
 use wireloom_core::mechanism::{Mechanism, Mount};
@@ -88,8 +88,8 @@ pub struct ByRule {
     pub section: usize,
     /// Values by the rule.
     pub bundle: Bundle,
-    /// Names of the coverings, inside out.
-    pub coverings: Vec<String>,
+    /// What it is made of.
+    pub made_of: CrossSection,
     /// Keys of the section that hold measured values.
     pub measured: Vec<String>,
     /// Remarks on contradictions, such as a tube that is too narrow.

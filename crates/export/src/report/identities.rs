@@ -6,7 +6,7 @@ use wireloom_core::identity::{Component, Connection, Identities, Identity, WireE
 
 /// Part numbers, components that do not act, and connections.
 pub(super) fn identities(all: &Identities) -> Markup {
-    if all.is_empty() {
+    if all.parts.is_empty() && all.components.is_empty() && all.connections.is_empty() {
         return html! {};
     }
     html! {

@@ -34,6 +34,7 @@ details { margin: .3rem 0; } summary { cursor: pointer; font-weight: 600; overfl
 img { width: 100%; height: auto; border: 1px solid #ddd; }
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(20rem, 1fr)); gap: 1rem; }
 figure { margin: .3rem 0; } figure svg { width: 100%; height: auto; } figcaption { font-size: .85rem; color: #444; }
+.cross-sections { display: flex; flex-wrap: wrap; gap: 1.4rem; align-items: flex-end; }
 .last { color: #1f5fa8; } .other { color: #c46a00; } .limit { color: #8b0019; }
 .last::before, .other::before, .limit::before { content: '— '; }
 pre { font-size: .78rem; line-height: 1.35; white-space: pre-wrap; overflow-wrap: anywhere;

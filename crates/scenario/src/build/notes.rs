@@ -15,7 +15,7 @@ fn quoted(name: &str) -> String {
 pub(crate) fn note(by_rule: &ByRule, section: &Section) -> String {
     let bundle = &by_rule.bundle;
     let plain = if bundle.wires == 1 { "wire" } else { "wires" };
-    let under: Vec<String> = by_rule.coverings.iter().map(|name| quoted(name)).collect();
+    let under: Vec<String> = by_rule.made_of.coverings.iter().map(|own| quoted(&own.name)).collect();
     let under = if under.is_empty() { String::new() } else { format!(" under {}", listed(&under)) };
     let measured = |key: &str| by_rule.measured.iter().any(|measured| measured == key);
     let mark = |key: &str| if measured(key) { " measured" } else { "" };

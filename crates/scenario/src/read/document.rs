@@ -20,11 +20,12 @@ use super::sweep::sweep;
 use super::{identities, joints, mechanisms, obstacles, plugins, sections};
 use crate::format::keys;
 use crate::output::{self, Output};
-use crate::scenario::{Branch, Joint, Scenario};
+use crate::scenario::{Branch, ByRule, Joint, Scenario};
 use std::collections::BTreeMap;
 use toml::de::DeTable;
 use wireloom_core::Vector;
 use wireloom_core::conditions::RotatingAxes;
+use wireloom_core::identity::Identities;
 use wireloom_core::obstacle::ContactSettings;
 
 /// Reads a scenario; the second value says whether all names refer to something.
@@ -88,13 +89,16 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let markers = entries.filter_map(|(k, entry)| marker(&entry, k, &names, &mut taken)).collect();
     let output = root.entry("output").map_or_else(Output::default, |entry| output::read(&entry));
     let unmatched = if root.has("catalogue") { identities::unmatched(&names) } else { Vec::new() };
-    let identities = identities::identities(&root, &names);
+    let by_rule: Vec<ByRule> = by_rule.into_iter().flatten().collect();
+    let in_use = by_rule.iter().filter(|own| branches.iter().any(|branch| branch.section == own.section));
+    let cross_sections = in_use.map(|own| own.made_of.clone()).collect();
+    let identities = Identities { cross_sections, ..identities::identities(&root, &names) };
     let scenario = Scenario {
         name,
         gravity,
         rotation,
         sections,
-        by_rule: by_rule.into_iter().flatten().collect(),
+        by_rule,
         branches,
         accuracy,
         joints,

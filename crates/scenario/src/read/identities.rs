@@ -38,7 +38,8 @@ pub(crate) fn identities<'a>(root: &Entry<'a>, names: &Names<'a>) -> Identities 
     let connections = connections.iter().enumerate();
     let connections = connections.filter_map(|(k, entry)| connection(entry, k, names, &connectors, &mut taken));
     let connections = connections.collect();
-    Identities { parts, components, connections, kbl: root.entry("kbl").and_then(|entry| kbl(&entry, names)) }
+    let kbl = root.entry("kbl").and_then(|entry| kbl(&entry, names));
+    Identities { parts, components, connections, kbl, ..Identities::default() }
 }
 
 /// The KBL file of the import.

@@ -9,7 +9,7 @@ use crate::scenario::ByRule;
 use crate::span::Span;
 use wireloom_core::Section;
 use wireloom_core::curve::Curve;
-use wireloom_core::identity::Identified;
+use wireloom_core::identity::{CoveringOfSection, CrossSection, Identified, WiresOfType};
 use wireloom_core::section::{AxialLaw, CreepElement, FrictionElement, SectionCreep, SectionFriction, SectionLaws};
 
 /// Keys of a section that are measured values; in a section of wires they replace those of the rule.
@@ -48,7 +48,7 @@ pub(crate) fn section<'a>(
     names.identify(entry, Identified::Section, Some(name));
     let friction_entry = entry.entry("friction");
     let slips = |own: &Entry<'_>| SLIPPING.iter().any(|key| own.has(key));
-    let by_rule = by_rule(index, entry, library, friction_entry.as_ref().is_some_and(slips));
+    let by_rule = by_rule((index, name), entry, library, friction_entry.as_ref().is_some_and(slips));
     let bundle = by_rule.as_ref().map(|by_rule| &by_rule.bundle);
     let or_rule = |measured: Option<f64>, rule: fn(&Bundle) -> f64| measured.or(bundle.map(rule)).unwrap_or(1.0);
     for (curve, stiffness) in CURVES {
@@ -295,11 +295,11 @@ fn set(entry: &Entry<'_>, section: &Section) -> [Option<FrictionElement>; 2] {
 
 /// Values of a section by the rule; `None` if it has no wires, or some of them are faulty. `slips`: what sticks in
 /// bending is given by its friction, so it is not counted as cohesion too.
-fn by_rule(section: usize, entry: &Entry<'_>, library: &Library, slips: bool) -> Option<ByRule> {
+fn by_rule((section, name): (usize, &str), entry: &Entry<'_>, library: &Library, slips: bool) -> Option<ByRule> {
     let (wires, coverings) = (wires(entry, library), coverings(entry, library));
     let (packing, cohesion) = (entry.number("packing"), entry.number("cohesion"));
     let (wires, coverings) = (wires?, coverings?);
-    let contents: Vec<Wires<'_>> = wires.iter().map(|(wire, count)| Wires { wire, count: *count }).collect();
+    let contents: Vec<Wires<'_>> = wires.iter().map(|(_, wire, count)| Wires { wire, count: *count }).collect();
     let covered: Vec<Covered<'_>> = coverings.iter().map(|(_, covered)| *covered).collect();
     let mut bundle = Bundle::new(&contents, &covered, packing, cohesion);
     if slips && !entry.has("cohesion") {
@@ -336,9 +336,25 @@ fn by_rule(section: usize, entry: &Entry<'_>, library: &Library, slips: bool) ->
             bundle.wires_diameter * 1e3
         ))
     });
+    let wires = wires.iter().map(|&(name, wire, count)| WiresOfType {
+        kind: name.to_owned(),
+        count,
+        diameter: wire.diameter(),
+    });
+    let mut within = bundle.wires_diameter;
+    let coverings = coverings.iter().map(|(name, Covered { covering, fraction })| {
+        let [inner, outer] = covering.diameters(within);
+        within = outer;
+        CoveringOfSection { name: (*name).to_owned(), share: *fraction, inner, outer }
+    });
     Some(ByRule {
         section,
-        coverings: coverings.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        made_of: CrossSection {
+            section: name.to_owned(),
+            wires: wires.collect(),
+            wires_diameter: bundle.wires_diameter,
+            coverings: coverings.collect(),
+        },
         remarks: narrow.collect(),
         measured: MEASURED.iter().filter(|key| is_measured(entry, key)).map(|key| (*key).to_owned()).collect(),
         bundle,
@@ -350,17 +366,17 @@ fn is_measured(entry: &Entry<'_>, key: &str) -> bool {
     entry.has(key) || CURVES.iter().any(|(curve, stiffness)| *stiffness == key && entry.has(curve))
 }
 
-fn wires<'l>(entry: &Entry<'_>, library: &'l Library) -> Option<Vec<(&'l Wire, usize)>> {
+fn wires<'a, 'l>(entry: &Entry<'a>, library: &'l Library) -> Option<Vec<(&'a str, &'l Wire, usize)>> {
     let entries = entry.entries("wires");
     if entries.is_empty() && entry.has("wires") {
         let message = format!("{} has `wires`, but none in it", entry.label);
         entry.fault_at("wires", message, "write such as wires = [{ type = \"FLRY-B 0.5\", count = 24 }]");
     }
-    let one = |wires: &Entry<'_>| {
+    let one = |wires: &Entry<'a>| {
         let count = if wires.has("count") { wires.count("count") } else { Some(1) };
         let name = wires.word("type")?;
         let wire = library::find(&library.wires, "wire type", name, entry, wires.span_of("type"))?;
-        Some((wire, count?))
+        Some((name, wire, count?))
     };
     let all: Vec<Option<_>> = entries.iter().map(one).collect();
     all.into_iter().collect::<Option<Vec<_>>>().filter(|wires| !wires.is_empty())

@@ -1,4 +1,4 @@
-// What stands about the cable: constraints by kind, joints, obstacles, arrows of forces. Shapes in the frame of what they stand for: d3 is z.
+// What stands about the cable: constraints by kind, joints, obstacles, arrows of forces and of better places. Shapes in the frame of what they stand for: d3 is z.
 import * as THREE from "three";
 import type { Frame } from "./frame";
 import type { Constraint, Obstacle, Placed, Scene } from "./protocol";
@@ -6,7 +6,10 @@ import { newtons } from "./units";
 import type { View } from "./view";
 
 /** Kinds of things that can be pointed at; the colour of each (readable on dark and on light). */
-const COLOUR = { connector: "#2867c9", collar: "#b26a00", handle: "#c2334d", pin: "#7a3fb0", other: "#5d6b78", joint: "#6b7d90", force: "#d1470f", moment: "#7a3fb0" };
+const COLOUR = { connector: "#2867c9", collar: "#b26a00", handle: "#c2334d", pin: "#7a3fb0", other: "#5d6b78", joint: "#6b7d90", force: "#d1470f", better: "#1f8a4c" };
+
+/** Length of the arrow to where a requirement is kept better, as a fraction of the harness's size. */
+const BETTER = 0.18;
 
 /** At least so many pixels from end to end; fewer where there are many. */
 const PIXELS = { few: 22, many: 10 };
@@ -30,6 +33,7 @@ export interface Body {
 export interface ArrowLabel {
   place: THREE.Vector3;
   words: string;
+  kind: "force" | "better";
 }
 
 export class Bodies {
@@ -42,6 +46,8 @@ export class Bodies {
   chosen: string | null = null;
   /** An obstacle that is shown where it is to be, until there is a frame of that. */
   carried: { name: string; at: Placed } | null = null;
+  /** The direction in which a constraint moves a requirement away from its limit. */
+  better: { constraint: string; direction: THREE.Vector3; words: string } | null = null;
   private arrows = new THREE.Group();
   private perNewton = 0;
   private diameters = new Map<string, number>();
@@ -95,7 +101,7 @@ export class Bodies {
     this.perNewton = this.greatest > 0 ? (0.18 * this.size) / this.greatest : 0;
   }
 
-  update(scene: Scene, frame: Frame): void {
+  update(frame: Frame): void {
     const header = frame.header;
     const acting = new Map(header.constraints.map((constraint) => [constraint.name, constraint]));
     let joint = 0;
@@ -113,7 +119,7 @@ export class Bodies {
       if (at) place(body.object, at);
       if (body.marked !== this.isMarked(body.kind, body.name)) mark(body);
     }
-    this.drawArrows(scene, frame);
+    this.drawArrows(frame);
   }
 
   /** Shows an obstacle elsewhere. */
@@ -123,32 +129,40 @@ export class Bodies {
     if (body) place(body.object, at);
   }
 
-  private drawArrows(_scene: Scene, frame: Frame): void {
-    for (const arrow of this.arrows.children) arrow.visible = false;
+  private drawArrows(frame: Frame): void {
     this.arrowLabels = [];
-    if (!this.showArrows || this.perNewton === 0) return;
     let used = 0;
-    const scale = this.perNewton * this.arrowScale;
     const thick = 0.0022 * this.size;
-    const one = (at: [number, number, number], force: [number, number, number]) => {
-      const size = Math.hypot(...force);
-      if (size * scale < 3 * thick) return;
+    const one = (at: [number, number, number], direction: THREE.Vector3, length: number, kind: ArrowLabel["kind"], words: string) => {
+      if (length < 3 * thick) return;
       let arrow = this.arrows.children[used] as THREE.Group | undefined;
       if (!arrow) this.arrows.add((arrow = arrowBody()));
       used++;
       arrow.visible = true;
-      const direction = new THREE.Vector3(...force).divideScalar(size);
       arrow.position.set(...at);
       arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), direction);
-      const [shaft, head] = arrow.children;
-      const headLength = Math.min(7 * thick, 0.5 * size * scale);
-      shaft.scale.set(thick, thick, size * scale - headLength);
-      head.position.z = size * scale - headLength;
+      const [shaft, head] = arrow.children as THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhongMaterial>[];
+      shaft.material.color.set(COLOUR[kind]);
+      shaft.material.emissive.set(COLOUR[kind]);
+      const headLength = Math.min(7 * thick, 0.5 * length);
+      shaft.scale.set(thick, thick, length - headLength);
+      head.position.z = length - headLength;
       head.scale.set(2.6 * thick, 2.6 * thick, headLength);
-      this.arrowLabels.push({ place: new THREE.Vector3(...at).addScaledVector(direction, size * scale), words: newtons(size) });
+      this.arrowLabels.push({ place: new THREE.Vector3(...at).addScaledVector(direction, length), words, kind });
     };
-    for (const constraint of frame.header.constraints) if (!this.isHidden("constraint", constraint.name)) one(constraint.at.position, constraint.force);
-    for (const obstacle of frame.header.obstacles) if (obstacle.contacts > 0) one(obstacle.at.position, obstacle.force);
+    const better = this.better;
+    const held = better && frame.header.constraints.find(({ name }) => name === better.constraint);
+    if (held) one(held.at.position, better.direction, BETTER * this.size, "better", better.words);
+    if (this.showArrows) {
+      const scale = this.perNewton * this.arrowScale;
+      const force = (at: [number, number, number], force: [number, number, number]) => {
+        const size = Math.hypot(...force);
+        if (size > 0) one(at, new THREE.Vector3(...force).divideScalar(size), size * scale, "force", newtons(size));
+      };
+      for (const constraint of frame.header.constraints) if (!this.isHidden("constraint", constraint.name)) force(constraint.at.position, constraint.force);
+      for (const obstacle of frame.header.obstacles) if (obstacle.contacts > 0) force(obstacle.at.position, obstacle.force);
+    }
+    for (const arrow of this.arrows.children.slice(used)) arrow.visible = false;
   }
 
   /** Small things are drawn larger than they are, so that they can be seen and taken hold of. */
@@ -280,7 +294,7 @@ function middle(obstacle: Obstacle): THREE.Vector3 {
 
 function arrowBody(): THREE.Group {
   const group = new THREE.Group();
-  const material = new THREE.MeshPhongMaterial({ color: COLOUR.force, emissive: COLOUR.force, emissiveIntensity: 0.25 });
+  const material = new THREE.MeshPhongMaterial({ emissiveIntensity: 0.25 });
   group.add(new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 12).rotateX(Math.PI / 2).translate(0, 0, 0.5), material));
   group.add(new THREE.Mesh(new THREE.ConeGeometry(1, 1, 16).rotateX(Math.PI / 2).translate(0, 0, 0.5), material));
   return group;

@@ -32,7 +32,7 @@ export class Labels {
         const chosen = body.name === this.bodies.chosen;
         wanted.push({ place: body.object.position, words: body.words, kind: chosen ? "chosen" : body.kind, first: chosen ? 0 : body.kind === "constraint" ? 1 : 3 });
       }
-      for (const arrow of this.bodies.arrowLabels) wanted.push({ ...arrow, kind: "force", first: 2 });
+      for (const arrow of this.bodies.arrowLabels) wanted.push({ ...arrow, first: arrow.kind === "better" ? 0 : 2 });
     }
     wanted.sort((a, b) => a.first - b.first);
     const taken: [number, number, number, number][] = [];

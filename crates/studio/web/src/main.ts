@@ -95,7 +95,13 @@ const build = new Build(
   (file) => surroundings.take(file),
 );
 const importPane = new ImportPane((place) => goTo(null, place));
-const sensitivities = new SensitivityTable(store, hands, connection, (place) => goTo(null, place));
+const sensitivities = new SensitivityTable(store, hands, connection, {
+  goTo: (place) => goTo(null, place),
+  point: (better) => {
+    bodies.better = better;
+    paint();
+  },
+});
 const panels = new Panels(byId("panels"), store, hands, connection, build.element, inspect, importPane.element, sensitivities.element, {
   visit: (position) => view.visit(new THREE.Vector3(...position)),
   scrub: (frame) => timeline.go(frame),
@@ -392,7 +398,7 @@ function paint(): void {
     legend.show(scale, hasUnknown(shown, scale), explained);
   }
   harness.update(shown, scale, broken);
-  bodies.update(scene, shown);
+  bodies.update(shown);
   showEnvelope();
   view.draw();
 }

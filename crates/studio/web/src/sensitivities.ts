@@ -1,4 +1,5 @@
 // What it does to the requirements to move the chosen constraint by 1 mm. The server is asked whenever the newest shape rests.
+import * as THREE from "three";
 import { element } from "./dom";
 import type { Hands } from "./hands";
 import type { Link } from "./link";
@@ -27,7 +28,11 @@ export class SensitivityTable {
     private store: Store,
     private hands: Hands,
     private link: Link,
-    private goTo: (place: Place) => void,
+    private wishes: {
+      goTo(place: Place): void;
+      /** Shows the direction in which the constraint moves a requirement away from its limit; null: none. */
+      point(better: { constraint: string; direction: THREE.Vector3; words: string } | null): void;
+    },
   ) {
     const look = () => this.look();
     store.on("session", look);
@@ -42,6 +47,7 @@ export class SensitivityTable {
     if (wanted === this.asked) return;
     this.asked = "";
     this.element.replaceChildren();
+    this.wishes.point(null);
     clearTimeout(this.timer);
     if (wanted === "") return;
     this.timer = window.setTimeout(() => {
@@ -76,6 +82,7 @@ export class SensitivityTable {
       this.element.replaceChildren(element("p", { class: "quiet" }, "Moving it by 1 mm changes no requirement by 0.1 %."));
       return;
     }
+    this.point(all[0]);
     const head = element("tr", {}, element("th", { scope: "col" }, "Moved by 1 mm"), ...AXES.map((axis) => element("th", { scope: "col" }, `+${axis}`)));
     const table = (lines: SensitivityLine[]) => element("table", {}, element("tbody", {}, ...lines.map((line) => this.line(line))));
     const first = table(all.slice(0, FEW));
@@ -86,8 +93,21 @@ export class SensitivityTable {
 
   private line(line: SensitivityLine): HTMLElement {
     const value = `${worstWords({ ...line, worst: line.value })} now`;
-    const name = element("button", { class: "plain", title: value, onclick: () => this.goTo(line.place) }, `${worstWords({ ...line, worst: null })}, ${line.name}`);
-    return element("tr", {}, element("th", { scope: "row" }, name), ...AXES.map((_, axis) => this.change(line, axis)));
+    const name = element("button", { class: "plain", title: value, onclick: () => this.wishes.goTo(line.place) }, `${worstWords({ ...line, worst: null })}, ${line.name}`);
+    name.addEventListener("focus", () => this.point(line));
+    const row = element("tr", {}, element("th", { scope: "row" }, name), ...AXES.map((_, axis) => this.change(line, axis)));
+    row.addEventListener("pointerenter", () => this.point(line));
+    return row;
+  }
+
+  /** Shows where to move the constraint for this requirement, where that has derivatives. */
+  private point(line: SensitivityLine): void {
+    const constraint = this.hands.constraintName();
+    const known = line.reasons.every((reason) => reason === null);
+    const gradient = new THREE.Vector3(...line.by.map(([, above]) => above ?? 0));
+    if (constraint === null || !known || gradient.length() * MOVE < noise(line.unit)) return this.wishes.point(null);
+    const direction = gradient.normalize().multiplyScalar(line.bound === "min" ? 1 : -1);
+    this.wishes.point({ constraint, direction, words: `better for ${worstWords({ ...line, worst: null })}, ${line.name}` });
   }
 
   private change(line: SensitivityLine, axis: number): HTMLElement {

@@ -107,6 +107,9 @@ test("steps are carried out and play; plugs and points follow the mouse; run rep
   const told = await page.locator("#sensitivities").innerText();
   assert.match(told, /Moved by 1 mm\s+\+x\s+\+y\s+\+z/);
   assert.match(told, /bend radius, .*\s+[+−][\d.]+ mm/);
+  // An arrow shows the better direction for a requirement whose derivatives are all known.
+  await page.locator("#sensitivities tbody tr").filter({ hasNotText: /[*?]/ }).first().hover();
+  await page.waitForFunction(() => document.querySelector(".label.better:not([hidden])")?.textContent.startsWith("better for"));
 
   // Any point: a handle appears.
   const point = await page.evaluate(() => {
