@@ -44,7 +44,9 @@ pub(super) fn cross_sections(all: &[CrossSection]) -> Markup {
             }
             details open[all.len() <= OPEN] {
                 summary { (all.len()) " of wires" }
-                div class="cross-sections" { @for (own, packed) in all.iter().zip(&packed) { (figure(own, packed, scale)) } }
+                div class="cross-sections" {
+                    @for (own, packed) in all.iter().zip(&packed) { (figure(own, packed, scale)) }
+                }
             }
         }
     }
@@ -173,9 +175,10 @@ fn figure(section: &CrossSection, packed: &Packed, scale: f64) -> Markup {
     let view = format!("{0:.3} {0:.3} {1:.3} {1:.3}", -half, 2.0 * half);
     let wires: usize = section.wires.iter().map(|own| own.count).sum();
     let label = format!("{wires} wires in {}", section.section);
+    let size = format!("width: {width:.0}px; height: {width:.0}px");
     html! {
         figure {
-            svg viewBox=(view) style=(format!("width: {width:.0}px; height: {width:.0}px")) role="img" aria-label=(label) {
+            svg viewBox=(view) style=(size) role="img" aria-label=(label) {
                 @for (own, [inner, outer]) in section.coverings.iter().zip(&packed.coverings).rev() {
                     circle r=(fixed(0.5 * outer, 3)) fill="#4a4a4a" fill-opacity=(fixed(0.35 + 0.5 * own.share, 2)) {}
                     circle r=(fixed(0.5 * inner, 3)) fill="white" {}
