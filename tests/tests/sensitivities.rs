@@ -471,12 +471,12 @@ fn what_is_symmetric_in_a_tolerance_is_spread_by_its_curvature() {
 }
 
 /// What drives each requirement, by its two keys that do most, against runs with the number 10 µm larger and smaller
-/// on the same mesh. Returns the number of derivatives compared, of worst values that stay in their increment and at
-/// their place, without a history. In a step that begins with a constraint, the way of that changes with the lengths,
-/// too: -0.140 instead of -0.084 came out for the clip of `first.toml` once.
+/// on the same mesh. Returns the number of derivatives that are larger than their error, of worst values that stay in
+/// their increment and at their place, without a history. In a step that begins with a constraint, the way of that
+/// changes with the lengths, too: -0.140 instead of -0.084 came out for the clip of `first.toml` once.
 #[track_caller]
 fn against_runs(path: &str) -> usize {
-    let (text, registry) = (scenario(path), wireloom::registry());
+    let (text, registry) = (limited(path), wireloom::registry());
     let (_, built) = wireloom::load(&text, &registry).expect("no faults");
     let fixed = fixed(&built);
     let run = wireloom::run(built, &mut |_, _| Control::Continue);
@@ -503,11 +503,12 @@ fn against_runs(path: &str) -> usize {
             let [Some(below), Some(above)] = sides.each_ref().map(|line| line.worst) else { continue };
             if sides.iter().all(stays) {
                 let difference = (above - below) / 2e-5;
-                // 10 µm are not little for a straight cable that is pressed; 1e-5 is noise of what is next to nothing.
-                let allowed = 1e-5 + 1e-2 * difference.abs();
+                // 10 µm are not little for a straight cable that is pressed. In contact runs leave depths; 1e-5 is
+                // noise of what is next to nothing.
+                let allowed = 1e-5 + 1e-2 * difference.abs() + 2e-3 * here.worst.unwrap_or(0.0).abs();
                 let what = format!("{path}: {} by {}: {derivative:e}", own.requirement, by.key);
                 assert!((derivative - difference).abs() <= allowed, "{what}, {difference:e} by runs");
-                compared += 1;
+                compared += usize::from(difference.abs() > allowed);
             }
         }
     }
@@ -517,21 +518,20 @@ fn against_runs(path: &str) -> usize {
 #[test]
 fn what_drives_the_requirements_is_what_runs_with_other_lengths_say() {
     let all = [
-        ("first.toml", 6),
+        ("first.toml", 8),
         ("analytic/wind.toml", 2),
-        ("analytic/temperature.toml", 2),
-        ("assembly/clip_nearest.toml", 2),
-        ("assembly/workbench.toml", 6),
-        ("branches/added_constraint.toml", 6),
-        ("branches/engine_bay.toml", 8),
-        ("branches/hinge.toml", 3),
-        ("branches/release.toml", 4),
-        ("branches/sections_from_wires.toml", 10),
-        ("branches/via_and_turns.toml", 3),
-        ("branches/y_compliant_hub.toml", 4),
-        ("branches/y_fused.toml", 6),
+        ("analytic/temperature.toml", 3),
+        ("assembly/clip_nearest.toml", 1),
+        ("assembly/workbench.toml", 10),
+        ("branches/added_constraint.toml", 10),
+        ("branches/engine_bay.toml", 12),
+        ("branches/hinge.toml", 5),
+        ("branches/release.toml", 6),
+        ("branches/sections_from_wires.toml", 15),
+        ("branches/via_and_turns.toml", 6),
+        ("branches/y_compliant_hub.toml", 6),
+        ("branches/y_fused.toml", 8),
         ("contact/cable_on_plane.toml", 2),
-        ("contact/door.toml", 3),
         ("mechanisms/door.toml", 4),
     ];
     for (path, least) in all {
@@ -553,27 +553,31 @@ fn what_drives_the_requirements_stands_in_the_results_and_on_the_page() {
     assert!(page.contains("What drives each requirement") && page.contains("branches.left.length"), "the report");
 }
 
-/// The worst force is that on the way through the increment in which the harness snaps; that at its end has another
-/// derivative, which was told.
+/// A worst force that is on the way through the increment in which the harness snaps, and a force that pushes a plug
+/// home: what is at the end of the increment has another derivative, which was told, or none.
 #[test]
 fn a_worst_value_on_the_way_has_no_derivative() {
-    let (text, registry) = (scenario("branches/y_compliant_hub.toml"), wireloom::registry());
-    let (_, built) = wireloom::load(&text, &registry).expect("no faults");
-    let run = wireloom::run(built, &mut |_, _| Control::Continue);
-    let found = of_requirements(Source::new(&text, &NoFiles, &registry), &run).expect("derivatives");
-    let buckling =
-        found.iter().find(|own| own.requirement == "straight spans do not buckle").expect("it always counts");
-    let reason = buckling.reason.as_deref().expect("a reason");
-    assert!(reason.contains("is on the way through this increment"), "{reason}");
-    assert!(buckling.by.is_empty());
+    let all = [
+        ("branches/y_compliant_hub.toml", "straight spans do not buckle", "is on the way through this increment"),
+        ("assembly/mate_straight.toml", "plug-B", "the largest force on the way"),
+    ];
+    for (path, name, why) in all {
+        let (text, registry) = (scenario(path), wireloom::registry());
+        let (_, built) = wireloom::load(&text, &registry).expect("no faults");
+        let run = wireloom::run(built, &mut |_, _| Control::Continue);
+        let found = of_requirements(Source::new(&text, &NoFiles, &registry), &run).expect("derivatives");
+        let line = found.iter().find(|own| own.requirement == name).expect("the requirement");
+        assert!(line.reason.as_deref().is_some_and(|reason| reason.contains(why)), "{path}: {line:?}");
+        assert!(line.by.is_empty());
+    }
 }
 
 /// Distance of a move by hand, m.
 const MOVE: f64 = 1e-4;
 
 /// Derivatives of the requirements at the end of a scenario by the places of all constraints that can be moved, against
-/// moves by hand to both sides. They agree up to 1 % of the value, or of the limit, for 1 m: both are differences of
-/// equilibria, over other distances. Returns the number of those compared.
+/// moves by hand to both sides. They agree up to 1 % of the largest derivative, and of the value or the limit for 1 m:
+/// both are differences of equilibria, over other distances. Returns the number of those that are larger than that.
 #[track_caller]
 fn against_moves(text: &str) -> usize {
     let monitor = Monitor::default();
@@ -602,7 +606,7 @@ fn against_moves(text: &str) -> usize {
                     Drag::of("by hand".to_owned(), name, &harness, &now.checkpoint).expect("it can be moved");
                 drag.advance(&goal, &harness, &now.checkpoint).expect("an increment").0
             });
-            for own in &found {
+            for own in &found.lines {
                 let k = names.iter().position(|name| *name == own.line.name).expect("a requirement");
                 let [below, above] = moved.each_ref().map(|end| &end.requirements_of_step[k]);
                 // So far apart the worst value may be at another place, or no equilibrium.
@@ -611,10 +615,11 @@ fn against_moves(text: &str) -> usize {
                 let (Some(derivative), Some(below), Some(above), Some(here)) = known else { continue };
                 if same && moved.iter().all(|end| end.end.status == Status::Converged) {
                     let difference = (above - below) / (2.0 * MOVE);
-                    let allowed = 1e-2 * (difference.abs() + here.abs().max(own.line.limit.abs()));
+                    let gradient = own.by.iter().filter_map(|own| own.value).map(f64::abs).fold(0.0, f64::max);
+                    let allowed = 1e-2 * (gradient + here.abs().max(own.line.limit.abs()));
                     let what = format!("{} of {name} by {axis}: {derivative:e}, {difference:e} by hand", own.line.name);
                     assert!((derivative - difference).abs() <= allowed, "{what}");
-                    compared += 1;
+                    compared += usize::from(difference.abs() > allowed);
                 }
             }
         }
@@ -622,26 +627,31 @@ fn against_moves(text: &str) -> usize {
     compared
 }
 
+/// A scenario with limits of what every harness has. In contact bend radii depend on depths that runs leave, so that
+/// differences of runs are no measure.
+fn limited(path: &str) -> String {
+    let forces = "[[requirements]]\nname = \"forces\"\nquantity = \"force\"\nmax = \"1 N\"\n";
+    let bends = "[[requirements]]\nname = \"bends\"\nquantity = \"bend_radius\"\nmin = \"1 um\"\n";
+    let bends = if path.starts_with("contact/") { "" } else { bends };
+    format!("{}\n{forces}{bends}", scenario(path))
+}
+
 #[test]
 fn what_it_does_to_move_a_constraint_is_what_moving_it_shows() {
     let all = [
-        ("first.toml", 40),
-        ("branches/hinge.toml", 15),
-        ("branches/rail.toml", 10),
-        ("branches/springy_handle.toml", 10),
-        ("branches/y_compliant_hub.toml", 30),
-        ("branches/creeps.toml", 6),
-        ("analytic/springback.toml", 4),
-        ("analytic/temperature.toml", 15),
-        ("analytic/wind.toml", 6),
-        ("assembly/fixing_types.toml", 30),
-        ("contact/cable_on_plane.toml", 3),
-        ("contact/door.toml", 10),
-        ("mechanisms/bonnet.toml", 9),
-        ("mechanisms/door.toml", 20),
+        ("first.toml", 20),
+        ("branches/hinge.toml", 20),
+        ("branches/rail.toml", 5),
+        ("branches/release.toml", 10),
+        ("branches/springy_handle.toml", 2),
+        ("branches/y_compliant_hub.toml", 40),
+        ("analytic/temperature.toml", 2),
+        ("contact/door.toml", 8),
+        ("mechanisms/bonnet.toml", 10),
+        ("mechanisms/door.toml", 15),
     ];
     for (path, least) in all {
-        let compared = against_moves(&scenario(path));
+        let compared = against_moves(&limited(path));
         assert!(compared >= least, "{path}: {compared}");
     }
 }
@@ -650,12 +660,13 @@ fn what_it_does_to_move_a_constraint_is_what_moving_it_shows() {
 /// points of the reference. None was found where the upper cable touches at a contact point of its own.
 #[test]
 fn of_cables_that_cross() {
-    let text = scenario("contact/crossed_cables.toml");
+    let text = limited("contact/crossed_cables.toml");
     for (one, other) in [("0.0023, -0.2999", "0.0023, 0.2999"), ("0.0027, -0.2999", "0.0037, 0.2979")] {
-        let text = text
+        let moved = text
             .replace("[0, -0.2999, 0.004]", &format!("[{one}, 0.004]"))
             .replace("[0, 0.2999, 0.004]", &format!("[{other}, 0.004]"));
-        let compared = against_moves(&text);
-        assert!(compared >= 10, "{compared}");
+        assert_ne!(moved, text);
+        let compared = against_moves(&moved);
+        assert!(compared >= 6, "{compared}");
     }
 }

@@ -229,7 +229,7 @@ pub struct WiresOfType {
     pub diameter: f64,
 }
 
-/// A covering in a section.
+/// A covering in a section. Its diameters are those where all of the coverings lie.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoveringOfSection {

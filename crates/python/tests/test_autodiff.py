@@ -105,6 +105,7 @@ def test_jax_differentiates_results() -> None:
     assert np.allclose(slopes, s.sensitivities(OF, BY).derivatives, rtol=1e-9, atol=1e-12)
     both = jax.vmap(function)(jax.numpy.stack([at, at * 1.01]))
     assert both.shape == (2, 2) and np.allclose(both[0], function(at), rtol=1e-12)
+    assert jax.grad(lambda x: function(x)[0])(at.astype("float32")).dtype == "float32"
     with pytest.raises(ValueError, match=r"shape \(3,\) are wanted"):
         function(at[:2])
     with pytest.raises(Exception, match="force.plug-X"):
@@ -118,6 +119,8 @@ def test_torch_differentiates_results() -> None:
     assert torch.autograd.gradcheck(function, (at,), eps=1e-5, atol=1e-4, rtol=1e-4)
     with pytest.raises(ValueError, match=r"shape \(3,\) are wanted"):
         function(at[:2])
+    with pytest.raises(TypeError, match="floating point"):
+        function(torch.tensor([1, 1, 1]))
     with pytest.raises(wireloom.RequestError, match="force.plug-X"):
         scenario().torch_function(["force.plug-X"], BY)(at)
 

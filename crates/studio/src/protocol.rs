@@ -694,6 +694,8 @@ pub struct Sensitivities {
     pub constraint: String,
     /// Why there is none.
     pub reason: Option<String>,
+    /// Whether friction, slip, or parts that remember have a history, which is kept as it is.
+    pub keeps_history: bool,
     /// The requirements that have a value now, in the order of the sheet.
     pub lines: Vec<SensitivityLine>,
 }

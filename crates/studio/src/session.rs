@@ -38,7 +38,7 @@ use wireloom::result::{Identities, Moment, RequirementResult};
 use wireloom::scenario::Fault;
 use wireloom::scenario::adjust::adjustable;
 use wireloom::scenario::record::with_value;
-use wireloom::sensitivity::of_move;
+use wireloom::sensitivity::{OfMove, of_move};
 use wireloom::session::{Checkpoint, DrivenHarness, Monitor, Refusal};
 use wireloom::{Registry, Status, StepResult};
 
@@ -364,8 +364,12 @@ impl Session {
             }
             _ => Err("the harness is not in equilibrium".to_owned()),
         };
-        let (reason, found) = found.map_or_else(|reason| (Some(reason), Vec::new()), |found| (None, found));
-        Sensitivities { constraint, reason, lines: sheet::sensitivities(found) }
+        match found {
+            Ok(OfMove { keeps_history, lines }) => {
+                Sensitivities { constraint, reason: None, keeps_history, lines: sheet::sensitivities(lines) }
+            }
+            Err(reason) => Sensitivities { constraint, reason: Some(reason), keeps_history: false, lines: Vec::new() },
+        }
     }
 
     fn save(&mut self, tab: u32) -> Result<(), Refusal> {

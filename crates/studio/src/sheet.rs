@@ -4,7 +4,7 @@ use crate::frame::{Violation, number};
 use crate::protocol::{Place, SensitivityLine, Sheet, SheetLine};
 use crate::stretches;
 use wireloom::result::{EventPlace, Moment, RequirementResult, Verdict, by_urgency, verdict};
-use wireloom::sensitivity::OfMove;
+use wireloom::sensitivity::LineOfMove;
 use wireloom::{Status, StepResult, result};
 
 /// The sheet at the end of a run, or so far: `steps` of which `done` have been computed. `frame`: the number of an
@@ -54,9 +54,9 @@ fn line(line: &RequirementResult, frame: impl Fn(&Moment) -> Option<u32>) -> She
 }
 
 /// What it does to the requirements to move a constraint.
-pub(crate) fn sensitivities(mut found: Vec<OfMove>) -> Vec<SensitivityLine> {
+pub(crate) fn sensitivities(mut found: Vec<LineOfMove>) -> Vec<SensitivityLine> {
     found.sort_by(|a, b| by_urgency(&a.line, &b.line));
-    let line = |OfMove { line, by }: OfMove| {
+    let line = |LineOfMove { line, by }: LineOfMove| {
         Some(SensitivityLine {
             value: line.worst?,
             measure: line.measure.word().to_owned(),

@@ -51,7 +51,7 @@ mod sheet;
 mod tolerances;
 
 pub use answer::{Derivative, NoAnswer, Output, Parameter, Question, Sensitivities, Source, Spread, Tolerance};
-pub use moved::{OfMove, of_move};
+pub use moved::{LineOfMove, OfMove, of_move};
 pub use sheet::{add_sensitivities, of_requirements};
 
 use differences::OfScenario;

@@ -91,7 +91,8 @@ fn find_sensitivities(run: &mut Run, file: &Path, text: String, (registry, setti
     if !settings.is_empty() {
         let why =
             "sensitivities of the requirements are those of the file, and values were set beside it: none were found";
-        return run.notes.push(why.to_owned());
+        run.notes.push(why.to_owned());
+        return;
     }
     let files = Beside::of(file);
     let source = Source { monitor: interrupt::monitor().clone(), ..Source::new(text, &files, registry) };

@@ -24,6 +24,8 @@ const TOUCHING: f64 = 1e-3;
 /// Number of arrangements of which the smallest is taken, for up to so many wires.
 const STARTS: usize = 8;
 const MANY: usize = 40;
+/// Largest number of wires that are drawn one by one.
+const DRAWN: usize = 400;
 /// Number of steps towards the centre of the circle around all wires.
 const STEPS: usize = 1000;
 
@@ -40,7 +42,8 @@ pub(super) fn cross_sections(all: &[CrossSection]) -> Markup {
             h2 { "Cross-sections" }
             p {
                 "Wires as they pack by themselves, in the smallest of some arrangements; the dashed circle is what the \
-                 rule takes for them, by their fill factor. All to one scale."
+                 rule takes for them, by their fill factor. Coverings lie on the wires as they are drawn; their \
+                 diameters are those of the rule. All to one scale."
             }
             details open[all.len() <= OPEN] {
                 summary { (all.len()) " of wires" }
@@ -54,10 +57,10 @@ pub(super) fn cross_sections(all: &[CrossSection]) -> Markup {
 
 /// Wires, packed. Lengths in mm.
 struct Packed {
-    /// Type, centre and radius of each wire.
+    /// The wires; none where there are too many to draw.
     wires: Vec<Disc>,
-    /// Diameter of the circle around all of them.
-    around: f64,
+    /// Diameter of the circle around all of them; `None`: they are not drawn.
+    around: Option<f64>,
     /// Inner and outer diameter of each covering, from the inside: on the wires as they are drawn.
     coverings: Vec<[f64; 2]>,
     /// Diameter of everything.
@@ -66,23 +69,11 @@ struct Packed {
 
 impl Packed {
     fn new(section: &CrossSection) -> Self {
-        let discs = |(of, own): (usize, &WiresOfType)| {
-            std::iter::repeat_n(Disc { of, radius: 500.0 * own.diameter, at: Vector2::zeros() }, own.count)
+        let (wires, around) = match count(section) <= DRAWN {
+            true => densest(section),
+            false => (Vec::new(), None),
         };
-        let mut wires: Vec<Disc> = section.wires.iter().enumerate().flat_map(discs).collect();
-        wires.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-        let starts = if wires.len() <= MANY { STARTS } else { 1 };
-        let mut rng = fastrand::Rng::with_seed(0);
-        let mut best = packed(wires.clone());
-        for _ in 1..starts {
-            rng.shuffle(&mut wires);
-            let other = packed(wires.clone());
-            if other.1 < best.1 {
-                best = other;
-            }
-        }
-        let (wires, around) = (best.0, 2.0 * best.1);
-        let mut outer = around.max(1e3 * section.wires_diameter);
+        let mut outer = around.unwrap_or(0.0).max(1e3 * section.wires_diameter);
         let coverings = section.coverings.iter().map(|own| {
             let inner = outer.max(1e3 * own.inner);
             outer = inner + 1e3 * (own.outer - own.inner);
@@ -90,6 +81,31 @@ impl Packed {
         });
         Self { coverings: coverings.collect(), wires, around, outer }
     }
+}
+
+/// The smallest of some arrangements of the wires, and the diameter of the circle around them.
+fn densest(section: &CrossSection) -> (Vec<Disc>, Option<f64>) {
+    let discs = |(of, own): (usize, &WiresOfType)| {
+        std::iter::repeat_n(Disc { of, radius: 500.0 * own.diameter, at: Vector2::zeros() }, own.count)
+    };
+    let mut wires: Vec<Disc> = section.wires.iter().enumerate().flat_map(discs).collect();
+    wires.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    let starts = if wires.len() <= MANY { STARTS } else { 1 };
+    let mut rng = fastrand::Rng::with_seed(0);
+    let (mut best, mut radius) = packed(wires.clone());
+    for _ in 1..starts {
+        rng.shuffle(&mut wires);
+        let (other, smaller) = packed(wires.clone());
+        if smaller < radius {
+            (best, radius) = (other, smaller);
+        }
+    }
+    (best, Some(2.0 * radius))
+}
+
+/// Number of wires.
+fn count(section: &CrossSection) -> usize {
+    section.wires.iter().map(|own| own.count).sum()
 }
 
 /// A wire.
@@ -173,8 +189,7 @@ fn around(wires: &[Disc]) -> (Vector2<f64>, f64) {
 fn figure(section: &CrossSection, packed: &Packed, scale: f64) -> Markup {
     let (half, width) = (0.52 * packed.outer, 1.04 * packed.outer * scale);
     let view = format!("{0:.3} {0:.3} {1:.3} {1:.3}", -half, 2.0 * half);
-    let wires: usize = section.wires.iter().map(|own| own.count).sum();
-    let label = format!("{wires} wires in {}", section.section);
+    let label = format!("{} wires in {}", count(section), section.section);
     let size = format!("width: {width:.0}px; height: {width:.0}px");
     html! {
         figure {
@@ -196,7 +211,11 @@ fn figure(section: &CrossSection, packed: &Packed, scale: f64) -> Markup {
                     br; span style=(format!("color: {}", FILLS[k % FILLS.len()])) { "⬤ " }
                     (own.count) " × " (own.kind) ", " (millimetres(own.diameter)) " mm"
                 }
-                br; "wires " (millimetres(section.wires_diameter)) " mm, packed here " (fixed(packed.around, 1)) " mm"
+                br; "wires " (millimetres(section.wires_diameter)) " mm"
+                @match packed.around {
+                    Some(around) => { ", packed here " (fixed(around, 1)) " mm" }
+                    None => { ", too many to draw" }
+                }
                 @for own in &section.coverings {
                     br; (own.name) @if own.share < 1.0 { ", " (fixed(100.0 * own.share, 0)) " %" }
                     ", " (millimetres(own.outer)) " mm"
@@ -224,9 +243,15 @@ mod tests {
     #[test]
     fn few_equal_wires_pack_as_densely_as_can_be() {
         for (count, diameters) in [(1, 1.0), (2, 2.0), (3, 1.0 + 2.0 / 3.0_f64.sqrt()), (7, 3.0)] {
-            let around = Packed::new(&section(&[(count, 2e-3)])).around;
+            let around = Packed::new(&section(&[(count, 2e-3)])).around.expect("few wires");
             assert!((around - 2.0 * diameters).abs() < 4e-3, "{count}: {around} mm, not {}", 2.0 * diameters);
         }
+    }
+
+    #[test]
+    fn a_million_wires_are_not_drawn_one_by_one() {
+        let Packed { wires, around, .. } = Packed::new(&section(&[(1_000_000, 1e-3)]));
+        assert!(wires.is_empty() && around.is_none());
     }
 
     /// Wires of a harness lie beside each other, inside the circle, and fill about as much of it as bundles do.
@@ -234,6 +259,7 @@ mod tests {
     fn wires_lie_beside_each_other() {
         for wires in [&[(24, 1.6e-3), (2, 3.7e-3), (1, 2.8e-3)][..], &[(80, 1.6e-3), (30, 2.4e-3), (10, 3.7e-3)]] {
             let Packed { wires: packed, around, .. } = Packed::new(&section(wires));
+            let around = around.expect("they are drawn");
             assert_eq!(packed.len(), wires.iter().map(|(count, _)| count).sum::<usize>());
             for (k, one) in packed.iter().enumerate() {
                 assert!(one.at.norm() + one.radius < 0.5 * around + 1e-9);

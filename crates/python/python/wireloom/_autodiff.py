@@ -45,7 +45,7 @@ class Outputs:
                     raise NoAnswerError(f"{name} has no derivative by {key} here: see Scenario.sensitivities")
         return values, derivatives
 
-    def shape(self, shape: Sequence[int]) -> None:
+    def check_shape(self, shape: Sequence[int]) -> None:
         """Refuses numbers of another shape than the keys have."""
         if tuple(shape) != (len(self.by),):
             raise ValueError(f"numbers of shape ({len(self.by)},) are wanted, one for each key, not {tuple(shape)}")
@@ -68,19 +68,21 @@ def jax_function(outputs: Outputs) -> Callable[[Any], Any]:
 
     @jax.custom_vjp
     def function(numbers: Any) -> Any:
-        outputs.shape(jnp.shape(numbers))
         return call(outputs, numbers, values)[0]
 
     def forward(numbers: Any) -> Any:
-        outputs.shape(jnp.shape(numbers))
         return call(outputs.differentiable, numbers, values, derivatives)
 
     def backward(known: Any, of_values: Any) -> tuple[Any]:
         return (of_values @ known,)
 
     function.defvjp(forward, backward)
-    result: Callable[[Any], Any] = function
-    return result
+
+    def checked(numbers: Any) -> Any:
+        outputs.check_shape(jnp.shape(numbers))
+        return function(jnp.asarray(numbers, dtype=float))
+
+    return checked
 
 
 def torch_function(outputs: Outputs) -> Callable[[Any], Any]:
@@ -91,7 +93,9 @@ def torch_function(outputs: Outputs) -> Callable[[Any], Any]:
     class Function(torch.autograd.Function):
         @staticmethod
         def forward(ctx: Any, numbers: Any) -> Any:
-            outputs.shape(numbers.shape)
+            outputs.check_shape(numbers.shape)
+            if not numbers.is_floating_point():
+                raise TypeError(f"numbers are floating point, not {numbers.dtype}: results would be cut off")
             function = outputs.differentiable if ctx.needs_input_grad[0] else outputs
             values, derivatives = function(numbers.detach().cpu().double().numpy())
             ctx.save_for_backward(torch.as_tensor(derivatives).to(numbers))

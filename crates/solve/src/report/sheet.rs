@@ -70,6 +70,8 @@ struct Worst {
     error: Option<f64>,
     moment: Moment,
     place: EventPlace,
+    /// Whether it was found between the ends of its increment.
+    on_the_way: bool,
 }
 
 impl Worst {
@@ -177,7 +179,12 @@ impl Sheet {
         results(&self.lines, network, status)
     }
 
-    /// The same for the step of the last check alone.
+    /// Whether the worst value of each requirement was found between the ends of its increment.
+    pub fn on_the_way(&self) -> Vec<bool> {
+        self.lines.iter().map(|line| line.worst.as_ref().is_some_and(|worst| worst.on_the_way)).collect()
+    }
+
+    /// Those of [`Self::lines`] for the step of the last check alone.
     pub fn lines_of_step(&self, network: &Network, status: Status) -> Vec<RequirementResult> {
         results(&self.of_step, network, status)
     }
@@ -215,7 +222,8 @@ impl Line {
         for found in found {
             for (bound, limit) in found.limits(requirement) {
                 let Found { value, error, place, .. } = found.clone();
-                let worst = Worst { value, limit, bound, error, moment: now.clone(), place };
+                let on_the_way = here == Here::OnTheWay;
+                let worst = Worst { value, limit, bound, error, moment: now.clone(), place, on_the_way };
                 keep(&mut self.worst, &worst, false);
                 keep(&mut self.doubted, &worst, true);
                 keep(&mut worst_here, &worst, false);
@@ -282,6 +290,12 @@ impl Line {
 fn keep(worst: &mut Option<Worst>, found: &Worst, doubted: bool) {
     if worst.as_ref().is_none_or(|worst| found.margin(doubted) < worst.margin(doubted)) {
         *worst = Some(found.clone());
+    } else if let Some(worst) = worst
+        && worst.on_the_way
+        && *worst == (Worst { on_the_way: true, ..found.clone() })
+    {
+        // What stayed the same up to the end of its increment is a value of that end.
+        worst.on_the_way = found.on_the_way;
     }
 }
 

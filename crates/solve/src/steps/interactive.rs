@@ -40,6 +40,8 @@ pub struct Ended {
     pub requirements: Vec<RequirementResult>,
     /// The same over the increments of this step alone.
     pub requirements_of_step: Vec<RequirementResult>,
+    /// Whether the worst value of each requirement was found between the ends of its increment; empty at the start.
+    pub on_the_way: Vec<bool>,
     /// Estimated discretisation errors of this result, by branch.
     pub errors: Vec<NodalErrors>,
 }
@@ -170,7 +172,8 @@ impl InteractiveDriver {
         driver.starting = false;
         driver.minimiser.forget();
         let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
-        Ok(Ended { end, checkpoint, requirements_of_step: requirements.clone(), requirements, errors: driver.errors })
+        let (requirements_of_step, on_the_way, errors) = (requirements.clone(), Vec::new(), driver.errors);
+        Ok(Ended { end, checkpoint, requirements_of_step, requirements, on_the_way, errors })
     }
 
     /// Finds the initial equilibrium near that of a similar harness `other`, `start`; `None` if there is none nearby.
@@ -189,9 +192,8 @@ impl InteractiveDriver {
         let mut end = driver.step_result(&step, 0, grade, 0.0);
         let requirements = driver.check_start(&mut end);
         let balanced = end.status == Status::Converged && !driver.is_over();
-        let errors = driver.errors;
-        let requirements_of_step = requirements.clone();
-        balanced.then_some(Ended { end, checkpoint, requirements_of_step, requirements, errors })
+        let (requirements_of_step, on_the_way, errors) = (requirements.clone(), Vec::new(), driver.errors);
+        balanced.then_some(Ended { end, checkpoint, requirements_of_step, requirements, on_the_way, errors })
     }
 
     /// Runs the next increment of a step; after the last one the checkpoint is at the beginning of the next step.
@@ -243,10 +245,11 @@ impl InteractiveDriver {
         let status = end.as_ref().map_or(Status::Interrupted, |end| end.status);
         let requirements = driver.log.sheet.lines(network, status);
         let requirements_of_step = driver.log.sheet.lines_of_step(network, status);
+        let on_the_way = driver.log.sheet.on_the_way();
         let (certifier, errors) = (driver.certifier, driver.errors);
         self.certifier = Some((network.id, certifier));
         let checkpoint = if last { checkpoint.with_step_ended() } else { checkpoint };
-        end.map(|end| Ended { end, checkpoint, requirements, requirements_of_step, errors })
+        end.map(|end| Ended { end, checkpoint, requirements, requirements_of_step, on_the_way, errors })
     }
 
     /// Ends an open step at its newest increment: what holds at the end of a step is checked there. Returns the

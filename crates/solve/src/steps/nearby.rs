@@ -69,10 +69,10 @@ const STEPS: usize = 40;
 const MISSES: usize = 4;
 /// Largest number of updates of multipliers.
 const UPDATES: usize = 60;
-/// Largest difference of targets (m, rad) that are the same. Where a constraint takes the cable where it is, they are
-/// as exact as the run: its equilibria are balanced further here.
+/// Largest difference (m, rad) of targets that are the same, and of what is held from them. Where a constraint takes
+/// the cable where it is, they are as exact as the run: its equilibria are balanced further here.
 const SAME_TARGET: f64 = 1e-5;
-/// Largest difference of load factors, temperatures (K) and accelerations (SI) that are the same.
+/// Largest difference of load factors, temperatures (K), accelerations and speeds of rotation (SI) that are the same.
 const SAME_LOAD: f64 = 1e-9;
 
 /// Reason why an equilibrium near the reference was not found.
@@ -248,13 +248,7 @@ impl<'n> Neighbourhood<'n> {
 
     /// Whether the equilibrium depends on its history: friction, slip, or a part that remembers.
     pub fn has_history(&self) -> bool {
-        let conditions = &self.references[self.step + 1].checkpoint().conditions;
-        let slides = self.network.slides.iter().any(|site| site.friction > 0.0 && conditions.active[site.constraint]);
-        slides
-            || conditions.contact.records.iter().any(|record| record.anchor.is_some())
-            || conditions.rods.iter().any(|own| !own.memory.is_empty())
-            || conditions.joints.iter().any(|own| !own.memory.is_empty())
-            || conditions.constraints.iter().zip(&conditions.active).any(|(own, acts)| *acts && !own.memory.is_empty())
+        has_history(self.network, &self.references[self.step + 1].checkpoint().conditions)
     }
 
     /// Name of a branch and what it touches at a contact point.
@@ -517,6 +511,16 @@ impl<'n> Kept<'n> {
         }
         Err(NotFound::Unbalanced(last))
     }
+}
+
+/// Whether an equilibrium depends on its history: friction, slip, or a part that remembers.
+fn has_history(network: &Network, conditions: &Conditions) -> bool {
+    let slides = network.slides.iter().any(|site| site.friction > 0.0 && conditions.active[site.constraint]);
+    slides
+        || conditions.contact.records.iter().any(|record| record.anchor.is_some())
+        || conditions.rods.iter().any(|own| !own.memory.is_empty())
+        || conditions.joints.iter().any(|own| !own.memory.is_empty())
+        || conditions.constraints.iter().zip(&conditions.active).any(|(own, acts)| *acts && !own.memory.is_empty())
 }
 
 /// Contacts with a force in the records of a problem.

@@ -46,7 +46,7 @@ export class Bodies {
   chosen: string | null = null;
   /** An obstacle that is shown where it is to be, until there is a frame of that. */
   carried: { name: string; at: Placed } | null = null;
-  /** The direction in which a constraint moves a requirement away from its limit. */
+  /** The direction in which to move a constraint for a requirement. */
   better: { constraint: string; direction: THREE.Vector3; words: string } | null = null;
   private arrows = new THREE.Group();
   private perNewton = 0;
@@ -152,7 +152,7 @@ export class Bodies {
     };
     const better = this.better;
     const held = better && frame.header.constraints.find(({ name }) => name === better.constraint);
-    if (held) one(held.at.position, better.direction, BETTER * this.size, "better", better.words);
+    if (held && !this.isHidden("constraint", held.name)) one(held.at.position, better.direction, BETTER * this.size, "better", better.words);
     if (this.showArrows) {
       const scale = this.perNewton * this.arrowScale;
       const force = (at: [number, number, number], force: [number, number, number]) => {

@@ -177,6 +177,7 @@ function linkState(state: LinkState): void {
   }
   if (state === "open") {
     store.forget();
+    sensitivities.forget();
     fetching = null;
     hands.refused();
     candidate = null;

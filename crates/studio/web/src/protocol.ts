@@ -551,6 +551,10 @@ constraint: string,
  */
 reason: string | null, 
 /**
+ * Whether friction, slip, or parts that remember have a history, which is kept as it is.
+ */
+keeps_history: boolean, 
+/**
  * The requirements that have a value now, in the order of the sheet.
  */
 lines: Array<SensitivityLine>, };

@@ -30,7 +30,7 @@ export class SensitivityTable {
     private link: Link,
     private wishes: {
       goTo(place: Place): void;
-      /** Shows the direction in which the constraint moves a requirement away from its limit; null: none. */
+      /** Shows the direction in which to move the constraint for a requirement; null: none. */
       point(better: { constraint: string; direction: THREE.Vector3; words: string } | null): void;
     },
   ) {
@@ -39,6 +39,11 @@ export class SensitivityTable {
     store.on("shown", look);
     hands.on("chosen", look);
     store.on("sensitivities", (found) => this.show(found));
+  }
+
+  /** The server may not have got the last question. */
+  forget(): void {
+    this.asked = "";
   }
 
   /** Asks anew where another shape, or another constraint, is there. */
@@ -88,7 +93,8 @@ export class SensitivityTable {
     const first = table(all.slice(0, FEW));
     first.prepend(element("thead", {}, head));
     const rest = all.slice(FEW);
-    this.element.replaceChildren(first, ...(rest.length ? [element("details", {}, element("summary", {}, `${rest.length} more`), table(rest))] : []));
+    const history = element("p", { class: "quiet" }, "With what has slipped or yielded as it is.");
+    this.element.replaceChildren(first, ...(found.keeps_history ? [history] : []), ...(rest.length ? [element("details", {}, element("summary", {}, `${rest.length} more`), table(rest))] : []));
   }
 
   private line(line: SensitivityLine): HTMLElement {
@@ -119,7 +125,7 @@ export class SensitivityTable {
     const words = this.words(line, above * MOVE) + (reason === null ? "" : "*");
     if (words.startsWith("0")) return element("td", { title: back.trim() }, words);
     const helps = line.bound === "min" === above > 0;
-    return element("td", { class: helps ? "good" : "bad", title: `${helps ? "Away from" : "Towards"} its limit.${back}` }, words);
+    return element("td", { class: helps ? "good" : "bad", title: `${helps ? "Better" : "Worse"}.${back}` }, words);
   }
 
   private words(line: SensitivityLine, change: number): string {

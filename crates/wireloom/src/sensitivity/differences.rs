@@ -2,8 +2,8 @@
 
 use super::answer::{Derivative, NoAnswer, Parameter, Source};
 use super::outputs::{Asked, Catalogue, Measured};
+use wireloom_core::Network;
 use wireloom_core::conditions::Partner;
-use wireloom_core::{EventPlace, Network};
 use wireloom_scenario::{Scenario, Setting};
 use wireloom_solve::steps::nearby::Neighbourhood;
 
@@ -189,7 +189,7 @@ fn reason(around: &dyn Around, here: &Measured, pair: &Pair, name: &str) -> Stri
         return "it has no value on one side".to_owned();
     }
     match (below.place(name), above.place(name)) {
-        (Some(one), Some(other)) if is_elsewhere(below, one, other) => {
+        (Some(one), Some(other)) if below.is_elsewhere(one, other) => {
             format!("the worst place changes here: {one}, or {other}")
         }
         _ => "its slopes to both sides differ".to_owned(),
@@ -200,22 +200,10 @@ fn reason(around: &dyn Around, here: &Measured, pair: &Pair, name: &str) -> Stri
 fn differs(pair: &Pair, name: &str) -> bool {
     let [Ok(below), Ok(above)] = pair else { return true };
     let elsewhere = match (below.place(name), above.place(name)) {
-        (Some(one), Some(other)) => is_elsewhere(below, one, other),
+        (Some(one), Some(other)) => below.is_elsewhere(one, other),
         (one, other) => one.is_some() != other.is_some(),
     };
     elsewhere || below.near.touching != above.near.touching
-}
-
-/// Whether two places are not the same, up to half a segment: a place may move with the harness.
-fn is_elsewhere(measured: &Measured, one: &EventPlace, other: &EventPlace) -> bool {
-    let apart = |branch: &Option<String>, a: Option<f64>, b: Option<f64>| match (branch, a, b) {
-        (Some(branch), Some(a), Some(b)) => (a - b).abs() > 0.5 * measured.segment(branch),
-        _ => a != b,
-    };
-    let parts = |place: &EventPlace| EventPlace { s: None, other_s: None, ..place.clone() };
-    parts(one) != parts(other)
-        || apart(&one.branch, one.s, other.s)
-        || apart(&one.other_branch, one.other_s, other.other_s)
 }
 
 /// Differences of an output to both sides.

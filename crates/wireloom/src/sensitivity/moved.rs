@@ -11,9 +11,18 @@ use wireloom_core::{Monitor, Status, Vector};
 use wireloom_solve::steps::checkpoint::Checkpoint;
 use wireloom_solve::steps::nearby::{Moved, Nearby};
 
-/// What it does to a requirement to move a constraint.
+/// What it does to the requirements to move a constraint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OfMove {
+    /// Whether friction, slip, or parts that remember have a history, which is kept as it is.
+    pub keeps_history: bool,
+    /// The requirements that have a finite value at this equilibrium.
+    pub lines: Vec<LineOfMove>,
+}
+
+/// What it does to a requirement to move a constraint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineOfMove {
     /// The requirement, with its worst value at this equilibrium.
     pub line: RequirementResult,
     /// Derivatives of that value by the place of the constraint along x, y, z; unit of the measure over m.
@@ -31,7 +40,7 @@ pub fn of_move(
     (at, end): (&Checkpoint, &StepResult),
     constraint: &str,
     monitor: &Monitor,
-) -> Result<Vec<OfMove>, NoAnswer> {
+) -> Result<OfMove, NoAnswer> {
     let constraint = movable(constraint, harness, at).map_err(|error| NoAnswer::Question(error.to_string()))?;
     let step = || end.name.clone();
     if end.status != Status::Converged {
@@ -41,27 +50,27 @@ pub fn of_move(
     let names = harness.network.requirement_names();
     let moved = harness.moved(at).map_err(none)?;
     let catalogue = Catalogue::new(&harness.scenario, &harness.network);
-    let mut around = OfHand { harness, constraint, monitor, names, catalogue, moved };
+    let mut around = ByPlace { harness, constraint, monitor, names, catalogue, moved };
     let here = around.moved.find(constraint, Vector::zeros()).map_err(none)?;
     let here = around.measured(here);
-    let lines: Vec<RequirementResult> =
-        here.near.requirements.iter().filter(|line| line.worst.is_some()).cloned().collect();
-    let asked: Vec<Asked> = lines.iter().map(|line| Asked::new(&line.name, &here, &harness.network)).collect();
-    let mut found: Vec<OfMove> = lines.into_iter().map(|line| OfMove { line, by: Default::default() }).collect();
+    let known = |line: &&RequirementResult| line.worst.is_some_and(f64::is_finite);
+    let line = |line: &RequirementResult| LineOfMove { line: line.clone(), by: Default::default() };
+    let mut lines: Vec<LineOfMove> = here.near.requirements.iter().filter(known).map(line).collect();
+    let asked: Vec<Asked> = lines.iter().map(|own| Asked::new(&own.line.name, &here, &harness.network)).collect();
     for (axis, key) in AXES.iter().enumerate() {
         let key = (*key).to_owned();
         let parameter = Parameter { key, value: 0.0, unit: "m".to_owned(), scale: 0.0, tolerance: None };
         let all = derivatives(&mut around, &parameter, &here, &asked)?;
-        found.iter_mut().zip(all).for_each(|(own, derivative)| own.by[axis] = derivative);
+        lines.iter_mut().zip(all).for_each(|(own, derivative)| own.by[axis] = derivative);
     }
-    Ok(found)
+    Ok(OfMove { keeps_history: around.moved.has_history(), lines })
 }
 
 /// Keys of the parameters.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The neighbourhood by the place of a constraint.
-struct OfHand<'h> {
+struct ByPlace<'h> {
     harness: &'h DrivenHarness,
     constraint: usize,
     monitor: &'h Monitor,
@@ -71,14 +80,14 @@ struct OfHand<'h> {
     moved: Moved<'h>,
 }
 
-impl OfHand<'_> {
+impl ByPlace<'_> {
     fn measured(&self, mut near: Nearby) -> Measured {
         near.requirements.iter_mut().zip(&self.names).for_each(|(line, name)| line.name.clone_from(name));
         self.catalogue.measured(&self.harness.scenario, &self.harness.network, near)
     }
 }
 
-impl Around for OfHand<'_> {
+impl Around for ByPlace<'_> {
     fn at(&mut self, parameter: &Parameter, value: f64) -> Result<Result<Measured, String>, NoAnswer> {
         if self.monitor.is_stopped() {
             return Err(NoAnswer::Stopped);

@@ -4,7 +4,7 @@ use super::answer::NoAnswer;
 use wireloom_core::equilibrium::{Outcome, Run, StepResult};
 use wireloom_core::network::Branch;
 use wireloom_core::requirement::{Measure, Origin, RequirementResult};
-use wireloom_core::{EventPlace, Network};
+use wireloom_core::{EventPlace, Moment, Network};
 use wireloom_export::ending::Ending;
 use wireloom_export::table::{Cell, Computed, Header};
 use wireloom_scenario::Scenario;
@@ -17,8 +17,8 @@ use wireloom_solve::steps::nearby::Nearby;
 const ROUND_OFF: f64 = 1e-12;
 /// Number of rounding errors of the strains that add up in a force.
 const ROUNDINGS: f64 = 20.0;
-/// Accuracy of a value of a run, relative to it.
-const SAME: f64 = 1e-4;
+/// Difference of two values that are the same, relative to them.
+const SAME: f64 = 1e-6;
 
 /// Outputs of a harness at one equilibrium.
 pub(super) struct Catalogue {
@@ -50,8 +50,20 @@ impl Measured {
         self.requirements.iter().find(|line| line.name == name).map(|line| &line.place)
     }
 
+    /// Whether two places are not the same, up to half a segment: a place may move with the harness.
+    pub fn is_elsewhere(&self, one: &EventPlace, other: &EventPlace) -> bool {
+        let apart = |branch: &Option<String>, a: Option<f64>, b: Option<f64>| match (branch, a, b) {
+            (Some(branch), Some(a), Some(b)) => (a - b).abs() > 0.5 * self.segment(branch),
+            _ => a != b,
+        };
+        let parts = |place: &EventPlace| EventPlace { s: None, other_s: None, ..place.clone() };
+        parts(one) != parts(other)
+            || apart(&one.branch, one.s, other.s)
+            || apart(&one.other_branch, one.other_s, other.other_s)
+    }
+
     /// Mean length of the segments of a branch, m.
-    pub fn segment(&self, branch: &str) -> f64 {
+    fn segment(&self, branch: &str) -> f64 {
         let own = self.near.end.branches.iter().find(|own| own.name == branch);
         own.map_or(0.0, |own| own.s[own.s.len() - 1] / (own.s.len() - 1) as f64)
     }
@@ -138,21 +150,24 @@ impl Catalogue {
 
     /// Remark on an output: its value is not the worst of the run, or it has none.
     pub fn remark(&self, name: &str, ended: &Ended, here: &Measured) -> Option<String> {
-        let line = ended.requirements.iter().find(|line| line.name == name)?;
+        let k = ended.requirements.iter().position(|line| line.name == name)?;
+        let line = &ended.requirements[k];
         if line.measure == Measure::InsertionForce {
             return Some("it is the largest force on the way, not a value of one equilibrium".to_owned());
         }
         let (worst, moment) = (line.worst?, line.moment.as_ref()?);
-        let here_now = (&moment.step, moment.increment) == (&ended.end.name, ended.end.increment);
-        // Of one equilibrium both have the accuracy of the run.
-        let accuracy =
-            if here_now { (SAME * worst.abs()).max(line.error.unwrap_or(0.0)) } else { 1e-2 * SAME * worst.abs() };
-        let same = here.value(name).is_some_and(|value| (value - worst).abs() <= accuracy);
-        let worst = wireloom_export::sheet::value(line.measure, worst);
-        (!same).then(|| match here_now {
-            true => format!("its worst value, {worst}, is on the way through this increment"),
-            false => format!("its worst value, {worst}, is in step `{}`, increment {}", moment.step, moment.increment),
-        })
+        let words = wireloom_export::sheet::value(line.measure, worst);
+        if (&moment.step, moment.increment) != (&ended.end.name, ended.end.increment) {
+            let same = here.value(name).is_some_and(|value| (value - worst).abs() <= SAME * worst.abs());
+            let Moment { step, increment, .. } = moment;
+            return (!same).then(|| format!("its worst value, {words}, is in step `{step}`, increment {increment}"));
+        }
+        if ended.on_the_way.get(k) == Some(&true) {
+            return Some(format!("its worst value, {words}, is on the way through this increment"));
+        }
+        // Two places are alike up to the accuracy of the run.
+        let elsewhere = here.place(name).is_some_and(|place| here.is_elsewhere(place, &line.place));
+        elsewhere.then(|| format!("its worst value, {words}, is also at {}", line.place))
     }
 }
 

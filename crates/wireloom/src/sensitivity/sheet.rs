@@ -66,8 +66,8 @@ pub fn of_requirements(source: Source<'_>, run: &Run) -> Result<Vec<RequirementS
         for (k, output) in lines.into_iter().zip(answer.outputs) {
             found[k].unit = output.unit;
             // On the way through the increment it is no value of the equilibrium at its end.
-            let none = output.value.is_none().then(|| "it has no finite value there".to_owned());
-            if let Some(reason) = none.or(output.remark) {
+            let none = || output.value.is_none().then(|| "it has no finite value there".to_owned());
+            if let Some(reason) = output.remark.or_else(none) {
                 found[k].reason = Some(reason);
                 continue;
             }

@@ -1,6 +1,6 @@
 //! Equilibria with one constraint elsewhere.
 
-use super::{Kept, Nearby, NotFound, Settled};
+use super::{Kept, Nearby, NotFound, Settled, has_history};
 use crate::report::EventLog;
 use crate::steps::checkpoint::Checkpoint;
 use wireloom_core::conditions::Partner;
@@ -42,6 +42,11 @@ impl<'n> Moved<'n> {
         let distance = self.kept.settle(&mut problem, &mut state)?;
         let moment = Moment { step: String::new(), step_index: self.step.unwrap_or(0), increment: 0 };
         Settled { problem, state, distance }.measured(&self.stop, moment, Some((self.step, self.ends_step)))
+    }
+
+    /// Whether the equilibrium depends on its history: friction, slip, or a part that remembers.
+    pub fn has_history(&self) -> bool {
+        has_history(self.network, &self.kept.checkpoint.conditions)
     }
 
     /// Name of a branch and what it touches at a contact point.
