@@ -20,6 +20,8 @@ pub struct Moved<'n> {
 }
 
 impl<'n> Moved<'n> {
+    /// Finds the equilibrium at a checkpoint more exactly, and keeps its factor.
+    ///
     /// # Errors
     /// If it is no equilibrium that has neighbours.
     pub fn new(network: &'n Network, stop: &Stop, checkpoint: &Checkpoint) -> Result<Self, NotFound> {
