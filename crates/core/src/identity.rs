@@ -203,7 +203,6 @@ pub struct Identities {
 
 /// What a section is made of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct CrossSection {
     /// Name of the section.
     pub section: String,
@@ -218,7 +217,6 @@ pub struct CrossSection {
 
 /// Wires of one type in a section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct WiresOfType {
     /// Name of the type.
     #[serde(rename = "type")]
@@ -231,7 +229,6 @@ pub struct WiresOfType {
 
 /// A covering in a section. Its diameters are those where all of the coverings lie.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct CoveringOfSection {
     /// Name.
     pub name: String,

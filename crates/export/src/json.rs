@@ -20,9 +20,11 @@
 //! diameter, its `cause`: `kind` "held elsewhere" (`constraint`), "few constraints" (`between`, `free_length`, `room`,
 //! m) or "free end" (`from`, `free_length`). `drawn_start` compares the end of the run with the equilibrium from the
 //! drawn lines. `sensitivities`, which `[output]` asks for, has the derivatives of each requirement's worst value by
-//! lengths and places, the largest first: `key`, and `derivative` or both `sides` and the `reason`. `identities` has
-//! `parts`, `components` and `connections`, and `kbl` where the scenario was imported: `file`, its `sha256`, and
-//! `elements`, of which each has `of` and `name`, and the `id` in that file.
+//! lengths and places, the largest first: `key`, and `derivative` or both `sides` and the `reason`; `keeps_history`
+//! where what a key does to the path is left out. `identities` has `parts`, `components` and `connections`;
+//! `cross_sections`, of each section of wires in use its `wires` (`type`, `count`, `diameter`), `wires_diameter`, and
+//! `coverings` from the inside (`name`, `share`, `inner`, `outer`; m); and `kbl` where the scenario was imported:
+//! `file`, its `sha256`, and `elements`, of which each has `of` and `name`, and the `id` in that file.
 //!
 //! `provenance` names program, files (with their SHA-256), values set beside them, kinds of rods, joints, constraints
 //! and minimiser with all its options, and the seed of a sweep's point. With the same provenance comes the same

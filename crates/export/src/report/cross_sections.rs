@@ -46,7 +46,7 @@ pub(super) fn cross_sections(all: &[CrossSection]) -> Markup {
                  diameters are those of the rule. All to one scale."
             }
             details open[all.len() <= OPEN] {
-                summary { (all.len()) " of wires" }
+                summary { "Sections of wires (" (all.len()) ")" }
                 div class="cross-sections" {
                     @for (own, packed) in all.iter().zip(&packed) { (figure(own, packed, scale)) }
                 }
@@ -130,9 +130,9 @@ fn packed(mut wires: Vec<Disc>) -> (Vec<Disc>, f64) {
     for k in 0..PULLS {
         let pull = 1.0 - PULL * (1.0 - k as f64 / PULLS as f64);
         wires.iter_mut().for_each(|wire| wire.at *= pull);
-        (0..PUSHES).for_each(|_| {
+        for _ in 0..PUSHES {
             push_apart(&mut wires);
-        });
+        }
     }
     let thinnest = wires.iter().map(|wire| wire.radius).fold(f64::INFINITY, f64::min);
     for _ in 0..PULLS {
