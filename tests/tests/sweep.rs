@@ -559,7 +559,7 @@ fn tubes() -> Checked {
     let (chains, points) = chains(&text)?;
     let all = points.tubes(chains.len(), |k| Ok::<_, Failed>(chains[k].lines.clone()))?;
     ensure(all.len() == 2 && all[0].step == "hang" && all[1].step == "accelerate", &all)?;
-    let radius = 0.5 * built(&text).network.branches[0].section.diameter;
+    let radius = 0.5 * built(&text).network.branches[0].sections.diameter();
     for tube in &all {
         ensure(tube.points == 201 && tube.centre.iter().all(|x| x.y.abs() < 1e-6), &tube.centre)?;
         let found: Vec<usize> = tube.radii.iter().map(|(percent, _)| *percent).collect();

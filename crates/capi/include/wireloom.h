@@ -316,11 +316,11 @@ typedef struct WireloomBranch {
     const double *moment;
     // Bend radius, m; infinite where it is straight.
     const double *bend_radius;
-    // Diameter, m.
+    // Diameter, m; the greatest one where the section changes.
     double diameter;
-    // Smallest bend radius allowed, m; NaN: no limit.
+    // Smallest bend radius allowed, m; the greatest one where the section changes; NaN: no limit.
     double bend_radius_limit;
-    // Axial stiffness EA, N.
+    // Axial stiffness EA, N, at the start.
     double axial_stiffness;
     // Total material twist, turns.
     double twist_turns;
@@ -332,7 +332,27 @@ typedef struct WireloomBranch {
     double moment_error;
     // The least bend radius may be smaller by so much, m; NaN: no estimate.
     double bend_radius_error;
+    // Number of parts with a section of their own; 0 where the section does not change.
+    size_t section_count;
 } WireloomBranch;
+
+// A part of a branch with a section of its own.
+typedef struct WireloomSection {
+    // sizeof(WireloomSection), set by the caller.
+    size_t size;
+    // Name of the section; valid until the result is freed.
+    const char *name;
+    // Arc length where the part begins, m.
+    double from;
+    // Arc length where it ends, m.
+    double to;
+    // Diameter, m.
+    double diameter;
+    // Smallest bend radius allowed, m; NaN: no limit.
+    double bend_radius_limit;
+    // Axial stiffness EA, N.
+    double axial_stiffness;
+} WireloomSection;
 
 // A constraint that acts: connector, clip, handle. Its texts are valid until the result is freed.
 typedef struct WireloomConstraint {
@@ -759,6 +779,15 @@ WireloomCode wireloom_result_branch(struct WireloomResult result,
                                     size_t index,
                                     struct WireloomBranch *branch,
                                     struct WireloomError *error);
+
+// A part of a branch with a section of its own, from 0, in the order of arc length; a branch whose section does not
+// change has none.
+WireloomCode wireloom_result_section(struct WireloomResult result,
+                                     size_t step,
+                                     size_t branch,
+                                     size_t index,
+                                     struct WireloomSection *section,
+                                     struct WireloomError *error);
 
 // A constraint that acts, from 0.
 WireloomCode wireloom_result_constraint(struct WireloomResult result,

@@ -205,6 +205,10 @@ fn lines(run: &Run, increments: usize) -> String {
             vectors("force", &branch.force, &mut all);
             vectors("moment", &branch.moment, &mut all);
             bits("bend_radius", branch.bend_radius.iter().copied(), &mut all);
+            for own in &branch.sections {
+                let limit = own.bend_radius_limit.unwrap_or(f64::NAN);
+                bits(&own.section, [own.from, own.to, own.diameter, limit, own.axial_stiffness], &mut all);
+            }
         }
         for own in &step.constraints {
             writeln!(all, "constraint {} {}", own.name, own.kind).expect("a string");
@@ -228,8 +232,15 @@ fn lines(run: &Run, increments: usize) -> String {
 }
 
 fn numbers() -> Result<(), Failed> {
-    let printed = done(compiled("numbers.c", &[])?.arg(scenario()))?;
-    let text = std::fs::read_to_string(scenario())?;
+    for scenario in [scenario(), root().join("scenarios/branches/tube_on_a_branch.toml")] {
+        same_numbers(&scenario)?;
+    }
+    Ok(())
+}
+
+fn same_numbers(scenario: &Path) -> Result<(), Failed> {
+    let printed = done(compiled("numbers.c", &[])?.arg(scenario))?;
+    let text = std::fs::read_to_string(scenario)?;
     let (_, built) = wireloom::load(&text, &wireloom::registry()).map_err(|faults| format!("{faults:?}"))?;
     let mut increments = 0;
     let run = wireloom::run(built, &mut |_, _| {
@@ -264,10 +275,19 @@ fn sanitized() -> Result<(), Failed> {
     abused(&["-fsanitize=address"])
 }
 
+/// The first scenario with another section along a part of its trunk.
+fn of_parts() -> Result<PathBuf, Failed> {
+    let text = std::fs::read_to_string(scenario())?;
+    let (own, part) = ("section = \"trunk\"\n", "sections = [{ section = \"arm\", from = 0.1, to = 0.3 }]\n");
+    let file = scratch().join("of-parts.toml");
+    std::fs::write(&file, text.replacen(own, &[own, part].concat(), 1))?;
+    Ok(file)
+}
+
 /// Every function was called, and has succeeded at least once.
 fn abused(options: &[&str]) -> Result<(), Failed> {
     // Handles that nobody frees are no fault of the library.
-    let printed = done(compiled("hostile.c", options)?.env("ASAN_OPTIONS", "detect_leaks=0").arg(scenario()))?;
+    let printed = done(compiled("hostile.c", options)?.env("ASAN_OPTIONS", "detect_leaks=0").arg(of_parts()?))?;
     print(&printed);
     let called: BTreeSet<&str> =
         printed.lines().filter_map(|line| line.split_once(": ")).map(|(name, _)| name).collect();

@@ -89,9 +89,9 @@ impl Extremes {
             });
         }
         let bend = &mut self.bends[k];
-        for (&radius, &s) in branch.bend_radius.iter().zip(&branch.s) {
+        for (s, radius, limit) in branch.bends() {
             if radius < bend.radius {
-                (bend.radius, bend.s) = (radius, s);
+                (bend.radius, bend.s, bend.limit) = (radius, s, limit);
                 step.clone_into(&mut bend.step);
             }
         }

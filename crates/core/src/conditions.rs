@@ -435,7 +435,9 @@ impl<'a> System<'a> {
             LoadAction::At { place, .. } if points.contains(&place.point) => Some(place.point - points.start),
             _ => None,
         });
-        let mut knots: Vec<usize> = of_constraints.chain(of_loads).chain([0, points.len() - 1]).collect();
+        let changes = self.network.branches[branch].sections.changes();
+        let mut knots: Vec<usize> =
+            of_constraints.chain(of_loads).chain(changes).chain([0, points.len() - 1]).collect();
         knots.sort_unstable();
         knots.dedup();
         knots

@@ -1,12 +1,16 @@
 //! Results of a run in SI units: shapes, internal forces, reactions, energies, events, and data on the solution
 //! process.
 
+mod deviation;
+
 pub use crate::event::{Event, EventKind, EventPlace, Moment};
 use crate::identity::Identities;
 pub use crate::requirement::{RequirementResult, Violation};
 use crate::requirement::{Verdict, verdict};
+use crate::sections::SectionResult;
 use crate::status::Status;
 use crate::{Pose, Rotation, Vector};
+pub use deviation::{Deviation, DeviationCause};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::Arc;
@@ -282,13 +286,15 @@ pub struct MarkerResult {
 pub struct BranchResult {
     /// Name.
     pub name: String,
-    /// Diameter, m.
+    /// Diameter, m; the greatest one where it changes.
     pub diameter: f64,
-    /// Smallest bend radius allowed, m.
+    /// Smallest bend radius allowed, m; the greatest one where it changes.
     pub bend_radius_limit: Option<f64>,
-    /// Axial stiffness EA, N; with an axial law that of small tension.
+    /// Axial stiffness EA, N, at its start; with an axial law that of small tension.
     pub axial_stiffness: f64,
-    /// Axial strain at each node, of a section with an axial law; `None`: it is the tension over EA.
+    /// Its parts with sections of their own, in the order of arc length; empty where its section does not change.
+    pub sections: Vec<SectionResult>,
+    /// Axial strain at each node, of a section that changes or has an axial law; `None`: it is the tension over EA.
     pub strain: Option<Vec<f64>>,
     /// Arc length, m.
     pub s: Vec<f64>,
@@ -348,85 +354,43 @@ impl BranchResult {
         (0..self.s.len()).map(|node| self.tension_at(node)).chain(of_sides)
     }
 
+    /// The part with a section of its own that a node is in; where two meet, the one that bends more tightly.
+    pub fn section_at(&self, node: usize) -> Option<&SectionResult> {
+        if self.sections.is_empty() {
+            return None;
+        }
+        let next = self.sections.partition_point(|part| part.to < self.s[node]);
+        let sides = self.sides.iter().find(|own| own.node == node).map(|own| own.bend_radius);
+        let beyond = self.sections.get(next + 1).filter(|part| part.from <= self.s[node]);
+        beyond.filter(|_| sides.is_some_and(|[before, after]| after < before)).or(self.sections.get(next))
+    }
+
+    /// Diameter at a node, m.
+    pub fn diameter_at(&self, node: usize) -> f64 {
+        self.section_at(node).map_or(self.diameter, |part| part.diameter)
+    }
+
+    /// Smallest bend radius allowed at a node, m.
+    pub fn bend_radius_limit_at(&self, node: usize) -> Option<f64> {
+        self.section_at(node).map_or(self.bend_radius_limit, |part| part.bend_radius_limit)
+    }
+
+    /// Arc length, bend radius and smallest one allowed (m) at each node; where two sections meet, on either side.
+    pub fn bends(&self) -> impl Iterator<Item = (f64, f64, Option<f64>)> {
+        let at = move |node: usize| (self.s[node], self.bend_radius[node], self.bend_radius_limit_at(node));
+        let meeting = self.sections.windows(2).filter_map(move |parts| {
+            let own = self.sides.iter().find(|own| self.s[own.node] >= parts[0].to)?;
+            let side = |k: usize| (parts[0].to, own.bend_radius[k], parts[k].bend_radius_limit);
+            (self.s[own.node] <= parts[1].from).then(|| [side(0), side(1)])
+        });
+        (0..self.s.len()).map(at).chain(meeting.flatten())
+    }
+
     /// Axial strain at a node.
     pub fn strain_at(&self, node: usize) -> f64 {
         match &self.strain {
             Some(strain) => strain[node],
             None => self.tension_at(node) / self.axial_stiffness,
-        }
-    }
-}
-
-/// Distance of the computed centre line of a branch from the drawn one: of each node from the nearest point of the
-/// drawn line.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Deviation {
-    /// Half of the length of the branch is nearer than this, m.
-    pub median: f64,
-    /// Largest distance, m.
-    pub max: f64,
-    /// Arc length where it is largest, m.
-    pub s: f64,
-    /// Why it is larger than the diameter of the branch; `None` where it is not.
-    pub cause: Option<DeviationCause>,
-}
-
-/// Why a branch does not lie where it is drawn.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum DeviationCause {
-    /// A constraint next to the place holds the cable at least half as far from the drawn line: the harness is held
-    /// elsewhere than it is drawn.
-    HeldElsewhere {
-        /// Name of the constraint.
-        constraint: String,
-    },
-    /// The constraints next to the place lie on the drawn line, and nothing holds the cable between them: with so few
-    /// constraints it cannot keep the drawn shape.
-    FewConstraints {
-        /// Names of the constraints on both sides.
-        between: [String; 2],
-        /// Length of the cable between them, m.
-        free_length: f64,
-        /// Farthest that a point of a cable of this length can be from the straight line between both of them, m:
-        /// `√(L² − c²)/2` with their distance c.
-        room: f64,
-    },
-    /// Nothing holds the cable on one side of the place: its end is free.
-    FreeEnd {
-        /// Name of the constraint on the other side; `None` if there is none either.
-        from: Option<String>,
-        /// Length of the cable from that constraint to the place, m.
-        free_length: f64,
-    },
-}
-
-impl DeviationCause {
-    /// Word used in results.
-    pub fn word(&self) -> &'static str {
-        match self {
-            Self::HeldElsewhere { .. } => "held elsewhere",
-            Self::FewConstraints { .. } => "few constraints",
-            Self::FreeEnd { .. } => "free end",
-        }
-    }
-}
-
-/// Example: "too few constraints: none between `clip-1` and `plug-B`, 812 mm of cable that may lie up to 210 mm aside".
-impl fmt::Display for DeviationCause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::HeldElsewhere { constraint } => write!(f, "`{constraint}` holds it beside the drawn line"),
-            Self::FewConstraints { between: [a, b], free_length, room } => write!(
-                f,
-                "too few constraints: none between `{a}` and `{b}`, {:.0} mm of cable that may lie up to {:.0} mm \
-                 aside",
-                1e3 * free_length,
-                1e3 * room
-            ),
-            Self::FreeEnd { from: Some(from), free_length } => {
-                write!(f, "free end: nothing holds it beyond `{from}`, {:.0} mm before this place", 1e3 * free_length)
-            }
-            Self::FreeEnd { from: None, .. } => f.write_str("nothing holds it"),
         }
     }
 }

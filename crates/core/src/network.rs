@@ -9,7 +9,7 @@ use crate::obstacle::{ContactSettings, Obstacle};
 use crate::quantity::Output;
 use crate::requirement::{Marker, Requirement, distinct_names};
 use crate::rod::RodSegment;
-use crate::{Pose, Rotation, Section, Vector};
+use crate::{Pose, Rotation, Section, Sections, Vector};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -33,8 +33,8 @@ pub struct BranchPlan {
     pub name: String,
     /// Kind of its rod, as scenarios name it.
     pub kind: String,
-    /// Section.
-    pub section: Section,
+    /// Its section, or those of its spans, where these meet its mesh has stations.
+    pub sections: Sections,
     /// The rod.
     pub rod: Box<dyn RodSegment>,
     /// Centre line along which it is laid at first, from start to end, world coordinates, m; empty if none is given.
@@ -143,8 +143,8 @@ pub struct Branch {
     pub name: String,
     /// Kind of its rod.
     pub kind: String,
-    /// Section.
-    pub section: Section,
+    /// Its section, or those of its spans.
+    pub sections: Sections,
     /// The rod.
     pub rod: Box<dyn RodSegment>,
     /// Centre line at the start; see [`BranchPlan::path`].
@@ -164,8 +164,8 @@ pub struct Branch {
 }
 
 impl Branch {
-    /// Axial strain under a tension (N), and the derivative of the tension in it (N).
-    pub fn strain_under(&self, tension: f64) -> (f64, f64) {
+    /// Axial strain of a segment under a tension (N), and the derivative of the tension in it (N).
+    pub fn strain_under(&self, segment: usize, tension: f64) -> (f64, f64) {
         match self.rod.constitutive().and_then(|laws| laws.stretch.as_deref()) {
             Some(law) => {
                 let strain = law.strain_under(&(Vector::z() * tension), Past::default());
@@ -174,23 +174,33 @@ impl Branch {
                     law.at(&strain, Past::default()).hessian.try_inverse().map_or(f64::NAN, |inverse| inverse.m33);
                 (strain.z, compliance.recip())
             }
-            None => (self.section.strain(tension), self.section.stiffness_at(tension)),
+            None => {
+                let section = self.sections.of(segment);
+                (section.strain(tension), section.stiffness_at(tension))
+            }
         }
+    }
+
+    /// Its mass, kg.
+    pub fn mass(&self) -> f64 {
+        let lengths = self.rod.mesh().rest_lengths.iter().enumerate();
+        lengths.map(|(j, length)| self.sections.of(j).linear_density * length).sum()
     }
 
     /// Whether it has an axial law of its own in place of EA.
     pub fn has_axial_law(&self) -> bool {
-        self.section.laws.axial.is_some() || self.rod.constitutive().is_some_and(|laws| laws.stretch.is_some())
+        self.sections.iter().any(|section| section.laws.axial.is_some())
+            || self.rod.constitutive().is_some_and(|laws| laws.stretch.is_some())
     }
 
     /// Whether its moment is EI κ in bending.
     pub fn bends_linearly(&self) -> bool {
-        self.section.bends_linearly() && !self.has_own_bending()
+        self.sections.iter().all(Section::bends_linearly) && !self.has_own_bending()
     }
 
     /// Whether its twist follows from its moment by GJ.
     pub fn twists_linearly(&self) -> bool {
-        self.section.twists_linearly() && !self.has_own_bending()
+        self.sections.iter().all(Section::twists_linearly) && !self.has_own_bending()
     }
 
     /// Whether it keeps a set: something in its section or in the laws of its rod slips, yields or relaxes.
@@ -439,11 +449,19 @@ fn within_reach(neighbours: &[Vec<(usize, f64)>], joint: usize, reach: f64) -> V
 impl Network {
     /// Diameter of the cable at a place, m; at a joint that of the thickest arm.
     pub fn diameter_at(&self, place: Place) -> f64 {
-        let diameter = |branch: usize| self.branches[branch].section.diameter;
         match place {
-            Place::Node { branch, .. } => diameter(branch),
-            Place::Joint(joint) => self.joints[joint].branches.iter().map(|b| diameter(*b)).fold(0.0, f64::max),
+            Place::Node { branch, node } => {
+                let [before, after] = self.branches[branch].sections.beside(node);
+                before.diameter.max(after.diameter)
+            }
+            Place::Joint(joint) => self.joints[joint].arms.iter().map(|arm| arm.section.diameter).fold(0.0, f64::max),
         }
+    }
+
+    /// Radius of the cable along a segment of a branch, m.
+    #[inline]
+    pub fn radius(&self, branch: usize, segment: usize) -> f64 {
+        0.5 * self.branches[branch].sections.of(segment).diameter
     }
 
     /// Names of its requirements, each another one ([`distinct_names`]).
@@ -488,7 +506,7 @@ impl Network {
                     start: BranchEnd::Free,
                     end: BranchEnd::Free,
                     name: plan.name,
-                    section: plan.section,
+                    sections: plan.sections,
                     kind: plan.kind,
                     rod: plan.rod,
                     path: plan.path,

@@ -335,7 +335,8 @@ impl Problem<'_> {
             let points = &state.points[own.points.start + segment..][..2];
             acceleration += rotation.pull(&((points[0] + points[1]) * 0.5));
         }
-        acceleration * own.section.linear_density + loads::along_segment(self.system(), state, branch, segment)
+        acceleration * own.sections.of(segment).linear_density
+            + loads::along_segment(self.system(), state, branch, segment)
     }
 
     /// Sets the active fraction of the loads without a potential, 0 to 1: the initial equilibrium is found without

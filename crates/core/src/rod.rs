@@ -1,9 +1,10 @@
 //! Trait of a rod, one object for each branch, and its mesh.
 
+use crate::BuildError;
 use crate::constitutive::{ConstitutiveLaws, Derivatives};
 use crate::law::RodLaw;
 use crate::terms::slope::Contradiction;
-use crate::{Matrix, Rotation, Section, Vector};
+use crate::{Matrix, Rotation, Section, Sections, Vector};
 
 /// Mesh of a branch: its segments, nodes, stations and frames.
 ///
@@ -149,6 +150,14 @@ impl Mesh {
         }
     }
 
+    /// The segment in whose half a coupling is; of two halves that are coupled, the second one's.
+    pub fn coupling_segment(&self, coupling: usize) -> usize {
+        let node = self.coupling_nodes[coupling];
+        // The first of two at a station, or that of a station at the end.
+        let before = self.coupling_nodes.get(coupling + 1) == Some(&node) || node == self.segments();
+        if before { node - 1 } else { node }
+    }
+
     /// Number of segments.
     pub fn segments(&self) -> usize {
         self.rest_lengths.len()
@@ -204,12 +213,27 @@ impl Mesh {
 pub struct RodSpec {
     /// Name of the branch.
     pub name: String,
-    /// The section.
-    pub section: Section,
+    /// The section, or those of its spans.
+    pub sections: Sections,
     /// The mesh.
     pub mesh: Mesh,
     /// Rest curvature about d1, d2 and rest twist, 1/m.
     pub curvature: Vector,
+}
+
+impl RodSpec {
+    /// Section of every coupling.
+    pub fn of_couplings(&self) -> impl Iterator<Item = &Section> {
+        (0..self.mesh.coupling_lengths.len()).map(|c| self.sections.of(self.mesh.coupling_segment(c)))
+    }
+
+    /// The section of a branch of a kind of rod that knows only one. Fails where it changes along the branch.
+    pub fn only_section(&self) -> Result<&Section, BuildError> {
+        self.sections.only().ok_or_else(|| {
+            let message = "its section changes along it, which this kind of rod does not know";
+            BuildError::new(message, "rod = \"cosserat\" and rod = \"kirchhoff\" know it").at("sections")
+        })
+    }
 }
 
 /// Shape of a branch: slices of a [`crate::State`].
@@ -440,8 +464,8 @@ pub trait RodSegment: Send + Sync {
     }
 
     /// Curvature and twist of a coupling with this memory (its own part) under this moment (N m, body frame) at the end
-    /// of an increment of this duration (s), 1/m; 0: the moment acts at once. `None` where [`Section::bend_diagonal`]
-    /// tells it.
+    /// of an increment of this duration (s), 1/m; 0: the moment acts at once. `None` where
+    /// [`crate::Section::bend_diagonal`] tells it.
     fn curvature_under(&self, _moment: &Vector, _memory: &[f64], _duration: f64) -> Option<Vector> {
         None
     }

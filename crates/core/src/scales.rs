@@ -15,7 +15,7 @@ use crate::conditions::System;
 use crate::load::LoadAction;
 use crate::network::{Branch, NodeRange};
 use crate::rod::BranchShape;
-use crate::{Matrix, Network, Rotation, Tangent, Vector};
+use crate::{Matrix, Network, Rotation, Section, Tangent, Vector};
 
 /// Number of rounding errors below which residuals are round-off: about ten terms are summed at a node.
 const ROUNDINGS: f64 = 10.0;
@@ -56,7 +56,7 @@ pub(crate) fn rigidity(network: &Network) -> Vec<LocalScale> {
         longest[p] = longest[p].max(branch.rod.mesh().length());
     }
     let scale = |(branch, &p): (&Branch, &usize)| {
-        let (length, bending) = (longest[p], branch.section.sticking_diagonal().max());
+        let (length, bending) = (longest[p], stiffest(branch));
         let round_off = round_off(branch, bending);
         LocalScale { force: bending / (length * length), moment: bending / length, length, round_off }
     };
@@ -94,12 +94,23 @@ fn round_off(branch: &Branch, bending: f64) -> [f64; 2] {
     let mut stiffness = vec![Matrix::zeros(); mesh.segments()];
     rod.edge_stiffness(&shape, &mut stiffness);
     let stretch = |(k, l): (&Matrix, &f64)| k.diagonal().amax() * l;
-    let of_law = if branch.section.laws.axial.is_some() { branch.section.greatest_axial_stiffness() } else { 0.0 };
+    let of_laws = branch.sections.iter().filter(|section| section.laws.axial.is_some());
+    let of_law = of_laws.map(Section::greatest_axial_stiffness).fold(0.0, f64::max);
     let stretch = stiffness.iter().zip(&mesh.rest_lengths).map(stretch).fold(of_law, f64::max);
     let longest = mesh.rest_lengths.iter().copied().fold(0.0, f64::max);
     let shortest = mesh.coupling_lengths.iter().copied().fold(f64::INFINITY, f64::min);
     let force = ROUNDINGS * f64::EPSILON * stretch;
     [force, force * longest + ROUNDINGS * f64::EPSILON * bending / shortest]
+}
+
+/// The greatest bending or torsion stiffness of a branch, N m².
+fn stiffest(branch: &Branch) -> f64 {
+    branch.sections.iter().map(|section| section.sticking_diagonal().max()).fold(0.0, f64::max)
+}
+
+/// The greatest mass per length of a branch, kg/m.
+fn densest(branch: &Branch) -> f64 {
+    branch.sections.iter().map(|section| section.linear_density).fold(0.0, f64::max)
 }
 
 /// Scales of the branches and joints under conditions.
@@ -124,7 +135,7 @@ impl LocalScales {
         self.branches.extend_from_slice(rigidity);
         for (scale, branch) in self.branches.iter_mut().zip(&network.branches) {
             let length = branch.rod.mesh().length();
-            let weight = gravity * branch.section.linear_density * length;
+            let weight = gravity * densest(branch) * length;
             scale.force = scale.force.max(weight);
             scale.moment = scale.moment.max(weight * length);
         }
@@ -166,9 +177,9 @@ impl Scales {
         let (mut force, mut length, mut stiffness, mut moment) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
         for branch in &network.branches {
             let l = branch.rod.mesh().length();
-            force = force.max(g * branch.section.linear_density * l);
+            force = force.max(g * densest(branch) * l);
             length = length.max(l);
-            stiffness = stiffness.max(branch.section.sticking_diagonal().max());
+            stiffness = stiffness.max(stiffest(branch));
         }
         for joint in &network.joints {
             force = force.max(g * joint.mass);
@@ -184,7 +195,7 @@ impl Scales {
                     let of = |span: &NodeRange| {
                         let branch = &network.branches[span.branch];
                         let lengths = &branch.rod.mesh().rest_lengths[span.nodes.start..span.nodes.end - 1];
-                        load.largest(branch.section.diameter) * lengths.iter().sum::<f64>()
+                        load.largest(branch.sections.diameter()) * lengths.iter().sum::<f64>()
                     };
                     force = spans.iter().map(|span| of(span) * factor.abs()).fold(force, f64::max);
                 }

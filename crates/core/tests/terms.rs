@@ -655,7 +655,10 @@ fn friction() {
     for (name, cables) in [("friction on an obstacle", false), ("friction between cables", true)] {
         let mut network = with_contact(cables);
         // Springs no stiffer than contact: the step of the differences is then small against the elastic displacement.
-        network.branches.iter_mut().for_each(|branch| branch.section.axial_stiffness = 1.0);
+        network
+            .branches
+            .iter_mut()
+            .for_each(|branch| branch.sections.iter_mut().for_each(|own| own.axial_stiffness = 1.0));
         let before = shaken(&network);
         let mut conditions = conditions(&network);
         conditions.contact.friction = true;
@@ -712,7 +715,7 @@ fn loads_and_gravity() {
         }
     }
     // The weight of the whole harness, and the forces of the loads.
-    let density = |b: &wireloom_core::network::Branch| b.section.linear_density * b.rod.mesh().length();
+    let density = wireloom_core::network::Branch::mass;
     let weight = conditions.gravity * network.branches.iter().map(density).sum::<f64>();
     let force = |load: &Load| match &load.action {
         LoadAction::At { load, .. } => load.dead_force(),
@@ -924,6 +927,6 @@ fn contact_points_of_a_graded_mesh_leave_no_gap_on_its_long_segments() {
     let places: Vec<f64> =
         term.points().iter().filter(|p| p.branch == 0).map(|p| p.arc_length(&network, &state)).collect();
     let widest = places.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-    let radius = 0.5 * trunk.section.diameter;
+    let radius = 0.5 * trunk.sections.diameter();
     assert!(widest <= 1.5 * radius * (1.0 + 1e-9), "{widest} m between contact points of radius {radius} m");
 }

@@ -203,22 +203,31 @@ impl Mesh {
     }
 }
 
-/// A branch as a tube with flat ends.
+/// A branch as a tube with flat ends, and a step where its diameter changes.
 fn tube(branch: &BranchResult) -> Mesh {
     let mut mesh = Mesh::default();
-    let radius = 0.5 * branch.diameter;
     let sides = SIDES as u32;
-    for (x, frame) in branch.position.iter().zip(&branch.frame) {
+    let last = branch.position.len() - 1;
+    let radii = |node: usize| {
+        let of =
+            |s: f64| branch.sections.iter().find(|part| s <= part.to).map_or(branch.diameter, |part| part.diameter);
+        let middle = |j: usize| 0.5 * of(0.5 * (branch.s[j] + branch.s[j + 1]));
+        [node.saturating_sub(1), node.min(last - 1)].map(middle)
+    };
+    for (node, (x, frame)) in branch.position.iter().zip(&branch.frame).enumerate() {
         let [d1, d2, _] = columns(frame);
-        let ring = mesh.ring(x, [d1, d2], radius, |outward| *outward);
-        for k in (0..sides).filter(|_| ring > 0) {
-            let (a, b) = (ring + k, ring + (k + 1) % sides);
-            mesh.triangles.push([a - sides, b - sides, b]);
-            mesh.triangles.push([a - sides, b, a]);
+        let [before, after] = radii(node);
+        for radius in std::iter::once(before).chain((after != before).then_some(after)) {
+            let ring = mesh.ring(x, [d1, d2], radius, |outward| *outward);
+            for k in (0..sides).filter(|_| ring > 0) {
+                let (a, b) = (ring + k, ring + (k + 1) % sides);
+                mesh.triangles.push([a - sides, b - sides, b]);
+                mesh.triangles.push([a - sides, b, a]);
+            }
         }
     }
-    let last = branch.position.len() - 1;
     for (node, side) in [(0, -1.0), (last, 1.0)] {
+        let radius = radii(node)[0];
         let [d1, d2, d3] = columns(&branch.frame[node]);
         let ring = mesh.ring(&branch.position[node], [d1, d2], radius, |_| d3 * side);
         for k in 1..sides - 1 {

@@ -9,7 +9,9 @@
 //!
 //! A branch has its `diameter`, the smallest bend radius allowed (`bend_radius_limit`) and its axial stiffness EA
 //! beside its lists of values at nodes; with an axial law also the axial `strain`, which is otherwise the tension over
-//! EA. If its section slips, yields or creeps it has `friction`: at each node the `set`
+//! EA. Where its section changes along it, it has the `strain`, too, and `sections`: of each part its `section`, its
+//! place (`from`, `to`, m) and the same three values; those of the branch are then the greatest diameter and limit,
+//! and EA at its start. If its section slips, yields or creeps it has `friction`: at each node the `set`
 //! (curvature about d1 and d2 and twist about d3, beyond those at rest, that would remain without the moment there,
 //! 1/m), and the energy `dissipated` in the increment and, as `dissipated_in_all`, since the start (J). The
 //! `energy` of a step is what is stored. Where arms slip on their hub, a joint has `friction`, by the branches of these

@@ -339,6 +339,8 @@ struct Course<'a> {
     last: &'a BranchResult,
     /// Tightest bend: step, radius and arc length, m.
     tightest: (usize, f64, f64),
+    /// Smallest bend radius allowed there, m.
+    limit: Option<f64>,
     /// Largest tension or compression: step and tension, N.
     pulled: (usize, f64),
 }
@@ -347,24 +349,27 @@ impl<'a> Course<'a> {
     fn of(k: usize, ends: &[&'a StepResult]) -> Option<Self> {
         let last = &ends.last()?.branches[k];
         let (mut tightest, mut pulled) = ((0, f64::INFINITY, 0.0), (0, 0.0_f64));
+        let mut limit = last.bend_radius_limit;
         for (step, end) in ends.iter().enumerate() {
             let branch = &end.branches[k];
-            for (i, (&radius, &s)) in branch.bend_radius.iter().zip(&branch.s).enumerate() {
+            for (s, radius, of_section) in branch.bends() {
                 if radius < tightest.1 {
-                    tightest = (step, radius, s);
+                    (tightest, limit) = ((step, radius, s), of_section);
                 }
+            }
+            for i in 0..branch.s.len() {
                 let tension = Local::at(branch, i).tension;
                 if tension.abs() > pulled.1.abs() {
                     pulled = (step, tension);
                 }
             }
         }
-        Some(Self { last, tightest, pulled })
+        Some(Self { last, tightest, limit, pulled })
     }
 
     /// Limit of the bend radius over the smallest one: above 1 the bend is too tight; 0 where there is no limit.
     fn use_of_limit(&self) -> f64 {
-        self.last.bend_radius_limit.map_or(0.0, |limit| limit / self.tightest.1)
+        self.limit.map_or(0.0, |limit| limit / self.tightest.1)
     }
 }
 
@@ -390,9 +395,9 @@ fn branches(ends: &[&StepResult]) -> Markup {
                     tr class=[(course.use_of_limit() > 1.0).then_some("trouble")] {
                         td { a href={ "#b" (k) } { (course.last.name) } }
                         td class="n" { (radius(course.tightest.1)) }
-                        td class="n" { (course.last.bend_radius_limit.map_or_else(|| "no limit".into(), millimetres)) }
+                        td class="n" { (course.limit.map_or_else(|| "no limit".into(), millimetres)) }
                         td class="n" {
-                            @if course.last.bend_radius_limit.is_some() {
+                            @if course.limit.is_some() {
                                 (fixed(100.0 * course.use_of_limit(), 0)) " %"
                             }
                         }
@@ -429,10 +434,10 @@ fn plots_of(course: &Course<'_>, ends: &[&StepResult]) -> Markup {
     };
     html! {
         figure {
-            (PreEscaped(plots::bend_radius(&curves(course.tightest.0), course.last.bend_radius_limit)))
+            (PreEscaped(plots::bend_radius(&curves(course.tightest.0))))
             figcaption {
                 "bend radius [mm] along s [mm]: " (legend(course.tightest.0))
-                @if course.last.bend_radius_limit.is_some() { " " span class="limit" { "limit" } }
+                @if course.limit.is_some() { " " span class="limit" { "limit" } }
             }
         }
         figure {

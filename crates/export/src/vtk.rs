@@ -198,14 +198,14 @@ const VECTORS: [&str; 4] = ["force [N]", "moment [N m]", "d1", "d3"];
 
 impl Data {
     fn push(&mut self, index: i64, branch: &BranchResult, nodes: usize) {
-        let limit = branch.bend_radius_limit.unwrap_or(f64::NAN);
         let first = (self.points.len() / 3) as i64;
         for i in 0..nodes {
             let local = Local::at(branch, i);
+            let limit = branch.bend_radius_limit_at(i).unwrap_or(f64::NAN);
             self.points.extend(branch.position[i].iter());
             let scalars = [
                 branch.s[i],
-                0.5 * branch.diameter,
+                0.5 * branch.diameter_at(i),
                 local.curvature,
                 limit * local.curvature,
                 local.tension,

@@ -116,6 +116,8 @@ def test_a_tube_is_one_valid_solid_of_its_length(points: list[list[float]]) -> N
         """What `tubes` reads of a branch."""
 
         diameter = 0.01
+        diameters = np.full(len(points), 0.01)
+        sections = ()
         position = np.array(points, float)
         bend_radius = np.full(len(points), np.inf)
         d3 = np.gradient(position, axis=0)
@@ -127,3 +129,18 @@ def test_a_tube_is_one_valid_solid_of_its_length(points: list[list[float]]) -> N
     assert tube.Volume == pytest.approx(math.pi * 25 * tubes.spine(branch).length(), rel=1e-3)
     branch.bend_radius[0] = 0.005
     assert not tubes.valid(branch, tube), "it runs into itself"
+
+
+def test_a_branch_whose_section_changes_has_a_tube_for_each_part() -> None:
+    scenario = wireloom.loads(wireloom.EXAMPLE)
+    scenario["sections.tube"] = {**scenario["sections.cable"], "diameter": "12 mm"}
+    scenario["branches.cable.sections"] = [{"section": "tube", "from": 0.3, "to": 0.6}]
+    step = scenario.run().steps[-1]
+    cable = step.branches["cable"]
+    tube = tubes.solid(cable)
+    assert tubes.valid(cable, tube) and len(tube.Solids) == 3
+    volumes = [math.pi / 4 * part.diameter**2 * (part.end - part.start) * 1e9 for part in cable.sections]
+    assert [own.Volume for own in tube.Solids] == pytest.approx(volumes, rel=1e-3)
+    rings = tubes.coloured(step).points[: 16 * len(cable)].reshape(len(cable), 16, 3)
+    reach = np.linalg.norm(rings - 1000.0 * cable.position[:, None], axis=2)
+    assert reach.mean(axis=1) == pytest.approx(500.0 * cable.diameters)

@@ -31,11 +31,11 @@ COLOURS = np.array([[0.16, 0.42, 0.62], [0.95, 0.75, 0.15], [0.85, 0.10, 0.10]])
 PLAIN = np.array([0.55, 0.57, 0.60])
 
 
-def spine(branch: wireloom.Branch) -> Part.BSplineCurve:
-    """The centre line as a curve through all nodes, mm; its parameter is the length of the polygon through them."""
-    points = [FreeCAD.Vector(*p) for p in branch.position * 1000.0]
+def spine(branch: wireloom.Branch, nodes: slice = slice(None)) -> Part.BSplineCurve:
+    """The centre line as a curve through nodes, mm; its parameter is the length of the polygon through them."""
+    points = [FreeCAD.Vector(*p) for p in branch.position[nodes] * 1000.0]
     lengths = [a.distanceToPoint(b) for a, b in itertools.pairwise(points)]
-    first, last = (FreeCAD.Vector(*d) for d in branch.d3[[0, -1]])
+    first, last = (FreeCAD.Vector(*d) for d in branch.d3[nodes][[0, -1]])
     curve = Part.BSplineCurve()
     # With these parameters unit vectors are the tangents.
     parameters = [0.0, *np.cumsum(lengths).tolist()]
@@ -44,13 +44,23 @@ def spine(branch: wireloom.Branch) -> Part.BSplineCurve:
 
 
 def solid(branch: wireloom.Branch) -> Part.Shape:
-    """The tube of a branch, mm: a circle swept along its centre line, with flat ends.
+    """The tube of a branch, mm; where its section changes, one for each part."""
+    if not branch.sections:
+        return _tube(spine(branch), branch.diameter)
+    tubes = []
+    for part in branch.sections:
+        first, last = (int(np.argmin(np.abs(branch.s - place))) for place in (part.start, part.end))
+        tubes.append(_tube(spine(branch, slice(first, last + 1)), part.diameter))
+    return Part.makeCompound(tubes)
+
+
+def _tube(curve: Part.BSplineCurve, diameter: float) -> Part.Shape:
+    """A circle of this diameter (m) swept along a centre line, with flat ends, mm.
 
     FreeCAD's own sweeps (0.20, OCCT 7.6) refuse lines that are straight but for round-off, or crash; so the surface is
     made of its poles: a circle is eight poles with weights, and each of them runs along the line as a curve of its own.
     """
-    curve = spine(branch)
-    radius = branch.diameter * 500.0
+    radius = diameter * 500.0
     knots = curve.getKnots()
     pieces = [np.linspace(a, b, FINER, endpoint=False) for a, b in itertools.pairwise(knots)]
     at = [*np.concatenate(pieces).tolist(), knots[-1]]
@@ -113,9 +123,11 @@ def _near(face: Part.Shape, centre: FreeCAD.Vector, radius: float) -> bool:
 
 
 def valid(branch: wireloom.Branch, tube: Part.Shape) -> bool:
-    """Whether the tube of a branch is one valid solid that does not run into itself at a bend."""
-    bent = bool(np.min(branch.bend_radius) <= branch.diameter / 2)
-    return bool(not bent and tube.isValid() and tube.isClosed() and len(tube.Solids) == 1)
+    """Whether the tube of a branch is one valid solid, or one for each part with a section of its own, that does not
+    run into itself at a bend."""
+    bent = bool(np.any(branch.bend_radius <= branch.diameters / 2))
+    closed = all(solid.isClosed() for solid in tube.Solids)
+    return bool(not bent and tube.isValid() and closed and len(tube.Solids) == max(1, len(branch.sections)))
 
 
 @dataclass(frozen=True)
@@ -137,10 +149,10 @@ def coloured(step: wireloom.Step) -> Coloured:
     x = np.concatenate([branch.position for branch in branches]) * 1000.0
     d1 = np.concatenate([branch.d1 for branch in branches])
     d2 = np.concatenate([branch.d2 for branch in branches])
-    radius = np.repeat([branch.diameter * 500.0 for branch in branches], counts)[:, None, None]
+    radius = np.concatenate([branch.diameters * 500.0 for branch in branches])[:, None, None]
     angles = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)[None, :, None]
     rings = x[:, None, :] + radius * (np.cos(angles) * d1[:, None, :] + np.sin(angles) * d2[:, None, :])
-    limits = np.repeat([branch.bend_radius_limit or np.nan for branch in branches], counts)
+    limits = np.concatenate([branch.bend_radius_limits for branch in branches])
     own = shades(np.concatenate([branch.bend_radius for branch in branches]), limits)
     last = np.cumsum(counts) - 1
     ends = np.stack([last - counts + 1, last], 1).reshape(-1)

@@ -99,7 +99,7 @@ pub fn accepts(network: &Network) -> Result<(), BuildError> {
     if network.rotates {
         return refused("axes that rotate".to_owned());
     }
-    if let Some(branch) = network.branches.iter().find(|branch| branch.section.thermal_expansion != 0.0) {
+    if let Some(branch) = network.branches.iter().find(|own| own.sections.at_end(true).thermal_expansion != 0.0) {
         return refused(format!("branch `{}`, which expands with the temperature,", branch.name));
     }
     match network.load_without_potential() {

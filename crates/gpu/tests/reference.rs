@@ -26,7 +26,8 @@ fn what_slips_within_a_section_is_refused_by_name() {
     let plain = wireloom_models::rods::cosserat::kind();
     let build = move |spec: &RodSpec, values: &Parameters| {
         let mut spec = spec.clone();
-        spec.section.friction.torsion.push(FrictionElement { stiffness: 0.01, moment: 0.01 });
+        let slipping = FrictionElement { stiffness: 0.01, moment: 0.01 };
+        spec.sections.iter_mut().for_each(|section| section.friction.torsion.push(slipping));
         (plain.build)(&spec, values)
     };
     let kind = RodKind { name: "cosserat".into(), doc: String::new(), parameters: vec![], build: Box::new(build) };

@@ -55,7 +55,7 @@ pub(super) fn common_wires(
                 continue;
             }
             alone = false;
-            let factors = [a, b].map(|arm| bundle_factor(&laid[arms[arm].segment].bundle));
+            let factors = [a, b].map(|arm| bundle_factor(laid[arms[arm].segment].at_end(arms[arm].starts)));
             // Once for each pair, from the arm with the smaller factor (the earlier one where they are equal).
             if factors[0] > factors[1] || (factors[0] == factors[1] && a > b) {
                 continue;

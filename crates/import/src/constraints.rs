@@ -154,7 +154,7 @@ impl Holding<'_> {
                 continue;
             }
             taken.push(s);
-            let stiff = STIFF_SPAN * laid.bundle.diameter;
+            let stiff = STIFF_SPAN * laid.diameter();
             let crowded = clamped.iter().any(|&place| (s - place).abs() < stiff);
             let role = if seat.fixing.duct || crowded { Role::Guide } else { Role::Clip };
             if role == Role::Clip {

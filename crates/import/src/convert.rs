@@ -5,12 +5,12 @@ use super::constraints::Holding;
 use super::document::Document;
 use super::error::ImportError;
 use super::findings::Findings;
-use super::harness::{Arm, Branch, Harness, Joint, Section, Vertex};
+use super::harness::{Arm, Branch, Constraint, Harness, Joint, Place, Role, Section, SectionPart, Vertex};
 use super::identities;
 use super::names::Names;
 use super::options::Options;
 use super::section::{Makeup, Types};
-use super::segments::{Incidence, Laid, lay_all};
+use super::segments::{Incidence, Laid, Part, lay_all};
 use super::unit::Quantity;
 use std::collections::{HashMap, HashSet};
 use wireloom_scenario::MAX_SEGMENTS;
@@ -42,7 +42,7 @@ pub(super) fn convert(
         document.segments.iter().map(|segment| names.take(&segment.label, &segment.id)).collect();
 
     let (sections, section_of) = sections(document, &laid);
-    let branches = document
+    let mut branches: Vec<Branch> = document
         .segments
         .iter()
         .enumerate()
@@ -52,16 +52,18 @@ pub(super) fn convert(
             if coincide {
                 findings.add_to("both ends are drawn at one point and there is no curve; no path", &segment.id);
             }
+            let (section, parts) = main_section(&laid[index], &section_of[index]);
             Branch {
                 name: branch_names[index].clone(),
                 segment: document.format.is_written_back().then(|| segment.id.clone()),
                 ends: segment.ends,
-                section: section_of[index],
+                section,
+                parts,
                 length: laid[index].length,
                 tolerance: segment.tolerance,
-                linear_density: laid[index].bundle.linear_density,
-                diameter: laid[index].bundle.diameter,
-                min_bend_radius: laid[index].bundle.min_bend_radius,
+                linear_density: laid[index].linear_density(),
+                diameter: laid[index].diameter(),
+                min_bend_radius: laid[index].min_bend_radius(),
                 path: if coincide { Vec::new() } else { laid[index].curve.path(options.max_segment) },
                 remark: format!("{}: {}", segment.id, segment.label),
             }
@@ -84,6 +86,7 @@ pub(super) fn convert(
     }
     let holding = Holding { document, laid: &laid, incidences: &incidences };
     let (constraints, names) = holding.constraints(options.arrangement, findings);
+    end_at_clips(&mut branches, &constraints);
     let named: Vec<(String, f64)> = branch_names.iter().cloned().zip(laid.iter().map(|laid| laid.length)).collect();
     let kept = identities::keep(document, &constraints, names, &vertices, &named);
     let name = options.name.as_ref().or(document.name.as_ref()).cloned().unwrap_or_else(|| "harness".to_owned());
@@ -120,17 +123,16 @@ fn refuse_too_large(document: &Document, laid: &[Laid], options: &Options) -> Re
     Ok(())
 }
 
-fn sections(document: &Document, laid: &[Laid]) -> (Vec<Section>, Vec<usize>) {
+/// The sections, and the index of that of each part of each segment.
+fn sections(document: &Document, laid: &[Laid]) -> (Vec<Section>, Vec<Vec<usize>>) {
     let mut sections: Vec<Section> = Vec::new();
     let mut known: HashMap<&Makeup, usize> = HashMap::new();
     let mut names = Names::default();
-    let section_of = document
-        .segments
-        .iter()
-        .zip(laid)
-        .map(|(segment, laid)| {
-            *known.entry(&laid.makeup).or_insert_with(|| {
-                let count = laid.bundle.wires;
+    let mut section_of = vec![Vec::new(); laid.len()];
+    for ((segment, laid), indices) in document.segments.iter().zip(laid).zip(&mut section_of) {
+        for Part { makeup, bundle, .. } in &laid.parts {
+            indices.push(*known.entry(makeup).or_insert_with(|| {
+                let count = bundle.wires;
                 let plain = if count == 1 { "wire" } else { "wires" };
                 let areas = segment.wires.iter().filter_map(|&wire| document.wires[wire].copper_area);
                 // The sum of no numbers would be -0.
@@ -140,10 +142,34 @@ fn sections(document: &Document, laid: &[Laid]) -> (Vec<Section>, Vec<usize>) {
                     _ => format!("{count} {plain}, {:.2} mm² copper", copper * 1e6),
                 };
                 let name = names.take(&format!("{count}-{plain}"), "wires");
-                sections.push(Section { name, makeup: laid.makeup.clone(), remark });
+                sections.push(Section { name, makeup: makeup.clone(), remark });
                 sections.len() - 1
-            })
-        })
-        .collect();
+            }));
+        }
+    }
     (sections, section_of)
+}
+
+/// Lets parts end where a clip is nearer than half of a diameter: no segment between both is then so short.
+fn end_at_clips(branches: &mut [Branch], constraints: &[Constraint]) {
+    for constraint in constraints.iter().filter(|own| own.role == Role::Clip) {
+        let Place::Along { branch, s } = constraint.at else { continue };
+        let near = 0.5 * branches[branch].diameter;
+        for end in branches[branch].parts.iter_mut().flat_map(|part| &mut part.range) {
+            if (*end - s).abs() < near {
+                *end = s;
+            }
+        }
+    }
+}
+
+/// The section that most of a segment has, and the parts that have another one; `of_parts`: that of each part.
+fn main_section(laid: &Laid, of_parts: &[usize]) -> (usize, Vec<SectionPart>) {
+    let parts = || laid.parts.iter().zip(of_parts.iter().copied());
+    let length =
+        |section: usize| parts().filter(|(_, own)| *own == section).map(|(part, _)| part.length()).sum::<f64>();
+    let main = of_parts.iter().copied().max_by(|a, b| length(*a).total_cmp(&length(*b)).then(b.cmp(a)));
+    let main = main.unwrap_or_default();
+    let others = parts().filter(|(_, section)| *section != main);
+    (main, others.map(|(part, section)| SectionPart { section, range: part.range }).collect())
 }

@@ -39,8 +39,10 @@ pub(super) struct Branch {
     pub segment: Option<String>,
     /// Indices of its first and last vertex.
     pub ends: [usize; 2],
-    /// Index of the section.
+    /// Index of the section that most of it has.
     pub section: usize,
+    /// Its parts that have another one, in the order of arc length.
+    pub parts: Vec<SectionPart>,
     /// m.
     pub length: f64,
     /// Deviations of the length that are allowed, m: the least and the greatest.
@@ -54,6 +56,14 @@ pub(super) struct Branch {
     /// Centre line from the first end to the second, m; empty if both ends are drawn at one point.
     pub path: Vec<Vector>,
     pub remark: String,
+}
+
+/// Part of a branch with a section of its own.
+pub(super) struct SectionPart {
+    /// Index of the section.
+    pub section: usize,
+    /// Where it begins and ends, m.
+    pub range: [f64; 2],
 }
 
 pub(super) struct Joint {

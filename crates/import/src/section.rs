@@ -74,13 +74,13 @@ pub(super) struct Types {
     covering_names: Names,
 }
 
-/// Wires and coverings of a segment: equal ones have one section.
+/// Wires and coverings of a part of a segment: equal ones have one section.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Makeup {
     /// Indices of types of wires, increasing, and their numbers.
     pub wires: Vec<(usize, usize)>,
-    /// Indices of types of coverings, from the inside, and the ten-thousandths of the branch that they cover.
-    pub coverings: Vec<(usize, u32)>,
+    /// Indices of types of coverings, from the inside.
+    pub coverings: Vec<usize>,
     /// Least bend radius beside those of wires and coverings, µm.
     pub bend_radius: Option<u64>,
     /// Least bend radius while it moves, µm.
@@ -98,9 +98,6 @@ impl Makeup {
         with_unit(radius as f64 * 1e-6, "mm")
     }
 }
-
-/// Ten-thousandths.
-pub(super) const WHOLE: u32 = 10_000;
 
 /// A number rounded to `digits` significant digits.
 fn rounded(value: f64, digits: usize) -> f64 {
@@ -226,11 +223,10 @@ impl Types {
     pub fn bundle(&self, makeup: &Makeup) -> Bundle {
         let wires: Vec<Wires<'_>> =
             makeup.wires.iter().map(|&(kind, count)| Wires { wire: &self.wires[kind].of_rule, count }).collect();
-        let fraction = |parts: u32| f64::from(parts) / f64::from(WHOLE);
         let coverings: Vec<Covered<'_>> = makeup
             .coverings
             .iter()
-            .map(|&(kind, parts)| Covered { covering: &self.coverings[kind].of_rule, fraction: fraction(parts) })
+            .map(|&kind| Covered { covering: &self.coverings[kind].of_rule, fraction: 1.0 })
             .collect();
         let bundle = Bundle::new(&wires, &coverings, None, None);
         let least = makeup.bend_radius.map_or(0.0, |radius| radius as f64 * 1e-6);

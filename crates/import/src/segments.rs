@@ -3,8 +3,8 @@
 use super::curve::{Curve, Fit, NODE_TOLERANCE};
 use super::document::{Document, Segment, Wire};
 use super::findings::Findings;
-use super::section::{Makeup, Types, WHOLE};
-use std::collections::BTreeMap;
+use super::section::{Makeup, Types};
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use wireloom_scenario::bundle::{Bundle, PACKING};
 
@@ -14,8 +14,47 @@ pub(super) struct Laid {
     /// How the curves of the file agree with the nodes.
     pub fit: Fit,
     pub length: f64,
+    /// Its parts with different coverings, in the order of arc length; at least one.
+    pub parts: Vec<Part>,
+}
+
+/// Part of a segment with the same coverings all along.
+pub(super) struct Part {
     pub makeup: Makeup,
     pub bundle: Bundle,
+    /// Where it begins and ends, m.
+    pub range: [f64; 2],
+}
+
+impl Part {
+    pub fn length(&self) -> f64 {
+        self.range[1] - self.range[0]
+    }
+}
+
+impl Laid {
+    /// The bundle at its start, or at its end.
+    pub fn at_end(&self, starts: bool) -> &Bundle {
+        &self.parts[if starts { 0 } else { self.parts.len() - 1 }].bundle
+    }
+
+    /// The greatest diameter, m.
+    pub fn diameter(&self) -> f64 {
+        self.parts.iter().map(|part| part.bundle.diameter).fold(0.0, f64::max)
+    }
+
+    /// The greatest of the smallest bend radii, m.
+    pub fn min_bend_radius(&self) -> f64 {
+        self.parts.iter().map(|part| part.bundle.min_bend_radius).fold(0.0, f64::max)
+    }
+
+    /// Mass per length, kg/m.
+    pub fn linear_density(&self) -> f64 {
+        match self.parts.as_slice() {
+            [part] => part.bundle.linear_density,
+            parts => parts.iter().map(|part| part.bundle.linear_density * part.length()).sum::<f64>() / self.length,
+        }
+    }
 }
 
 /// An arm of a vertex: a segment, and whether it starts there.
@@ -71,25 +110,30 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
             let moving = moving.chain(segment.moving_bend_radius).max_by(f64::total_cmp);
             let makeup = Makeup {
                 wires,
-                coverings: coverings(segment, length, types, findings),
+                coverings: Vec::new(),
                 bend_radius: segment.bend_radius.map(Makeup::micrometres),
                 moving_bend_radius: moving.map(Makeup::micrometres),
             };
-            let bundle = types.bundle(&makeup);
-            for (kind, _) in &makeup.coverings {
-                let tube = &types.coverings[*kind];
-                if tube.of_rule.inner_diameter.is_some_and(|inner| inner < bundle.wires_diameter) {
-                    findings.add_to(
-                        "tubes are narrower inside than all wires together that run through them; taken as wide as \
-                         these",
-                        format!("{} `{}` ({:.1} mm of wires)", segment.id, tube.name, bundle.wires_diameter * 1e3),
-                    );
-                }
+            let parts = covered_parts(segment, length, types, findings);
+            let part = |(coverings, range): (Vec<usize>, [f64; 2])| {
+                let makeup = Makeup { coverings, ..makeup.clone() };
+                Part { bundle: types.bundle(&makeup), makeup, range }
+            };
+            let parts: Vec<Part> = parts.into_iter().map(part).collect();
+            let narrow: BTreeSet<usize> = parts.iter().flat_map(|part| narrower(part, types)).collect();
+            for kind in narrow {
+                let wires = parts[0].bundle.wires_diameter * 1e3;
+                findings.add_to(
+                    "tubes are narrower inside than all wires together that run through them; taken as wide as \
+                     these",
+                    format!("{} `{}` ({wires:.1} mm of wires)", segment.id, types.coverings[kind].name),
+                );
             }
+            let parts = without_short_ones(segment, parts, findings);
             let circle = |&(kind, count): &(usize, usize)| {
                 count as f64 * 0.25 * PI * types.wires[kind].of_rule.diameter().powi(2)
             };
-            let copper_and_insulation: f64 = makeup.wires.iter().map(circle).sum();
+            let copper_and_insulation: f64 = parts[0].makeup.wires.iter().map(circle).sum();
             if !segment.wires.is_empty() && segment.area.is_some_and(|area| area < copper_and_insulation) {
                 findings.add_to(
                     "cross-sections are drawn smaller than their wires together; diameters are taken from the wires \
@@ -97,7 +141,7 @@ pub(super) fn lay_all(document: &Document, types: &mut Types, wires: &[usize], f
                     &segment.id,
                 );
             }
-            Laid { curve, fit, length, makeup, bundle }
+            Laid { curve, fit, length, parts }
         })
         .collect();
     if lengths > 0.0 && !(0.5..2.0).contains(&(arcs / lengths)) {
@@ -172,49 +216,89 @@ fn stand_in(area: Option<f64>, types: &mut Types, findings: &mut Findings) -> (u
     (types.wire(&wire, findings), count)
 }
 
-/// The coverings of a segment of this length: types, tapes and other wraps before tubes, with the covered part of its
-/// length.
-fn coverings(segment: &Segment, length: f64, types: &mut Types, findings: &mut Findings) -> Vec<(usize, u32)> {
-    let mut covered: Vec<(usize, Vec<(f64, f64)>)> = Vec::new();
+/// Types of the coverings of each part of a segment of this length (m), tapes and other wraps before tubes, and where
+/// the part begins and ends, m.
+fn covered_parts(
+    segment: &Segment,
+    length: f64,
+    types: &mut Types,
+    findings: &mut Findings,
+) -> Vec<(Vec<usize>, [f64; 2])> {
+    // Digits of the file end at 10⁻⁶.
+    const SAME: f64 = 1e-5;
+    let mut all: Vec<(usize, [f64; 2])> = Vec::new();
     for covering in &segment.coverings {
         let (a, b) = (covering.from.fraction(length), covering.to.fraction(length));
-        let (low, high) = (a.min(b).clamp(0.0, 1.0), a.max(b).clamp(0.0, 1.0));
-        // Digits of the file end at 10⁻⁶.
-        if a.min(b) < -1e-5 || a.max(b) > 1.0 + 1e-5 {
+        if a.min(b) < -SAME || a.max(b) > 1.0 + SAME {
             findings.add_to(
                 "coverings reach beyond their segments; cut there",
                 format!("{} `{}`", segment.id, covering.id),
             );
         }
         let Some(kind) = types.covering(covering, findings) else { continue };
-        match covered.iter_mut().find(|(known, _)| *known == kind) {
-            Some((_, parts)) => parts.push((low, high)),
-            None => covered.push((kind, vec![(low, high)])),
+        all.push((kind, [a.min(b).clamp(0.0, 1.0), a.max(b).clamp(0.0, 1.0)]));
+    }
+    let mut kinds: Vec<usize> = Vec::new();
+    all.iter().for_each(|(kind, _)| {
+        if !kinds.contains(kind) {
+            kinds.push(*kind)
+        }
+    });
+    kinds.sort_by_key(|kind| !types.coverings[*kind].of_rule.wrap);
+    let mut places: Vec<f64> =
+        all.iter().flat_map(|(_, range)| *range).filter(|f| (SAME..1.0 - SAME).contains(f)).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup_by(|b, a| *b - *a <= SAME);
+    let mut parts: Vec<(Vec<usize>, [f64; 2])> = Vec::new();
+    for ends in [0.0].into_iter().chain(places).chain([1.0]).collect::<Vec<f64>>().windows(2) {
+        let middle = 0.5 * (ends[0] + ends[1]);
+        let covers = |kind: &usize| all.iter().any(|(own, [from, to])| own == kind && (*from..*to).contains(&middle));
+        let here: Vec<usize> = kinds.iter().copied().filter(covers).collect();
+        match parts.last_mut() {
+            Some((before, range)) if *before == here => range[1] = ends[1] * length,
+            _ => parts.push((here, [ends[0] * length, ends[1] * length])),
         }
     }
-    covered.sort_by_key(|(kind, _)| !types.coverings[*kind].of_rule.wrap);
-    let parts = covered.into_iter().map(|(kind, parts)| (kind, (union(parts) * f64::from(WHOLE)).round() as u32));
-    parts.filter(|(_, parts)| *parts > 0).collect()
+    parts
 }
 
-/// Length of the union of intervals.
-fn union(mut parts: Vec<(f64, f64)>) -> f64 {
-    parts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (mut reached, mut sum) = (0.0_f64, 0.0);
-    for (low, high) in parts {
-        sum += (high - low.max(reached)).max(0.0);
-        reached = reached.max(high);
-    }
-    sum
+/// The tubes of a part that its wires do not fit into.
+fn narrower(part: &Part, types: &Types) -> Vec<usize> {
+    let narrow = |kind: &usize| {
+        types.coverings[*kind].of_rule.inner_diameter.is_some_and(|inner| inner < part.bundle.wires_diameter)
+    };
+    part.makeup.coverings.iter().copied().filter(narrow).collect()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::union;
-
-    #[test]
-    fn parts_that_overlap_count_once() {
-        assert_eq!(union(vec![(0.5, 0.75), (0.0, 0.25), (0.125, 0.375), (0.5, 0.625)]), 0.625);
-        assert_eq!(union(vec![]), 0.0);
+/// Parts that are shorter than they, or what is beside them, are thick, are counted with the longer part beside them:
+/// so short a piece of cable is no rod.
+fn without_short_ones(segment: &Segment, mut parts: Vec<Part>, findings: &mut Findings) -> Vec<Part> {
+    let beside = |k: usize, parts: &[Part]| [k.checked_sub(1), (k + 1 < parts.len()).then_some(k + 1)];
+    loop {
+        let is_short = |k: &usize| {
+            let around = beside(*k, &parts).into_iter().flatten().chain([*k]);
+            parts[*k].length() < around.map(|near| parts[near].bundle.diameter).fold(0.0, f64::max)
+        };
+        let short = (0..parts.len()).filter(is_short);
+        let shortest = short.min_by(|a, b| parts[*a].length().total_cmp(&parts[*b].length()));
+        let Some(k) = shortest.filter(|_| parts.len() > 1) else { return parts };
+        let longer = beside(k, &parts).into_iter().flatten();
+        let Some(into) = longer.max_by(|a, b| parts[*a].length().total_cmp(&parts[*b].length())) else { return parts };
+        findings.add_to(
+            "parts of segments with other coverings are shorter than they are thick; counted with what is beside them",
+            format!("{} ({:.1} mm)", segment.id, parts[k].length() * 1e3),
+        );
+        let [from, to] = parts[k].range;
+        let range = &mut parts[into].range;
+        *range = [range[0].min(from), range[1].max(to)];
+        parts.remove(k);
+        // What it divided may be alike.
+        parts.dedup_by(|after, before| {
+            let alike = after.makeup == before.makeup;
+            if alike {
+                before.range[1] = after.range[1];
+            }
+            alike
+        });
     }
 }

@@ -5,9 +5,9 @@ use super::board::{self, Board, Peg};
 use super::curve::Vector;
 use super::document::Format;
 use super::findings::Findings;
-use super::harness::{Branch, Constraint, Harness, Place, Role, Section};
+use super::harness::{Branch, Constraint, Harness, Place, Role, Section, SectionPart};
 use super::options::{Arrangement, Options, Source};
-use super::section::{self, Makeup, Types};
+use super::section::{Makeup, Types};
 use super::tree::Tree;
 use super::usage::Usage;
 use nalgebra::UnitQuaternion;
@@ -100,6 +100,7 @@ pub(super) fn scenario(
         let _ = writeln!(out, "name = {}", quoted(&branch.name));
         let _ = writeln!(out, "from = {}\nto = {}", quoted(name_of(branch.ends[0])), quoted(name_of(branch.ends[1])));
         let _ = writeln!(out, "section = {}", quoted(&harness.sections[branch.section].name));
+        write_parts(&mut out, branch, &harness.sections);
         let _ = writeln!(out, "length = {}", significant(branch.length, 9));
         write_text(&mut out, "kbl", branch.segment.as_deref());
         if options.accuracy.is_none() {
@@ -314,11 +315,7 @@ fn write_section(out: &mut String, section: &Section, types: &Types) {
     } else {
         let _ = writeln!(out, "wires = [\n  {},\n]", wires.join(",\n  "));
     }
-    let coverings = section.makeup.coverings.iter().map(|(kind, parts)| {
-        let name = quoted(&types.coverings[*kind].name);
-        let fraction = f64::from(*parts) / f64::from(section::WHOLE);
-        if *parts == section::WHOLE { name } else { format!("{{ type = {name}, share = {fraction:?} }}") }
-    });
+    let coverings = section.makeup.coverings.iter().map(|kind| quoted(&types.coverings[*kind].name));
     let coverings: Vec<String> = coverings.collect();
     if !coverings.is_empty() {
         let _ = writeln!(out, "covering = [{}]", coverings.join(", "));
@@ -329,6 +326,21 @@ fn write_section(out: &mut String, section: &Section, types: &Types) {
         if let Some(radius) = radius {
             let _ = writeln!(out, "{key} = {}", Makeup::written(radius));
         }
+    }
+}
+
+/// Writes the parts of a branch that have another section.
+fn write_parts(out: &mut String, branch: &Branch, sections: &[Section]) {
+    let part = |part: &SectionPart| {
+        let end = |key: &str, place: f64, end: f64| {
+            if place == end { String::new() } else { format!(", {key} = {}", significant(place, 9)) }
+        };
+        let ends = end("from", part.range[0], 0.0) + &end("to", part.range[1], branch.length);
+        format!("  {{ section = {}{ends} }},\n", quoted(&sections[part.section].name))
+    };
+    let parts: String = branch.parts.iter().map(part).collect();
+    if !parts.is_empty() {
+        let _ = writeln!(out, "sections = [\n{parts}]");
     }
 }
 

@@ -245,15 +245,23 @@ fn sections_follow_the_rule() {
     let wires = |count: usize| [Wires { wire: &thin, count }, Wires { wire: &core, count: 1 }];
     let mut tape = shipped_coverings().find(|(name, _)| *name == "pvc tape, half lap").unwrap().1.clone();
     tape.measured.linear_density = Some(0.004);
-    // Two wires, the core with half of its cable, tape over half the length.
-    let trunk = Bundle::new(&wires(2), &[Covered { covering: &tape, fraction: 0.5 }], None, None);
+    // Two wires, the core with half of its cable, tape over the first half of the length.
+    let trunk = Bundle::new(&wires(2), &[Covered { covering: &tape, fraction: 1.0 }], None, None);
+    let bare = Bundle::new(&wires(2), &[], None, None);
     let right = Bundle::new(&wires(1), &[], None, None);
     let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found}, not {expected}");
     near(section(0).bending_stiffness[0], trunk.bending.taken);
     near(section(0).torsion_stiffness, trunk.torsion.taken);
     near(section(0).axial_stiffness, trunk.axial_stiffness);
     near(section(0).diameter, trunk.diameter);
-    near(section(0).linear_density, 0.006 + 0.006 + 0.012 + 0.5 * 0.004);
+    near(section(0).linear_density, 0.006 + 0.006 + 0.012 + 0.004);
+    let [part] = scenario.branches[0].parts[..] else { panic!("{:?}", scenario.branches[0].parts) };
+    let behind = &scenario.sections[part.section];
+    near(behind.bending_stiffness[0], bare.bending.taken);
+    near(behind.linear_density, 0.006 + 0.006 + 0.012);
+    near(part.range[0], 0.15395);
+    near(part.range[1], 0.3079);
+    assert!(scenario.branches[1..].iter().all(|branch| branch.parts.is_empty()));
     near(section(2).bending_stiffness[0], right.bending.taken);
     near(section(3).diameter, 0.0016);
     near(section(3).bending_stiffness[0], thin.bending_stiffness().taken);
@@ -281,9 +289,48 @@ linear_density = \"4 g/m\"
 
 [sections.\"3-wires\"] # 3 wires, 2.00 mm² copper
 wires = [{ type = \"0.5 mm², 1.6 mm\", count = 2 }, { type = \"1 mm², 2 mm\" }]
-covering = [{ type = \"test tape\", share = 0.5 }]
+covering = [\"test tape\"]
+
+[sections.\"3-wires-2\"] # 3 wires, 2.00 mm² copper
+wires = [{ type = \"0.5 mm², 1.6 mm\", count = 2 }, { type = \"1 mm², 2 mm\" }]
 ";
     assert!(text.contains(expected), "{text}");
+    let parts = "section = \"3-wires\"\nsections = [\n  { section = \"3-wires-2\", from = 0.15395 },\n]\n";
+    assert!(text.contains(parts), "{text}");
+}
+
+/// Coverings were averaged over their segment: a tube over half of it made all of it half as stiff, and as thick.
+#[test]
+fn coverings_are_where_the_file_says() {
+    let area = "<Protection_area id=\"pa1\"><Start_location>0</Start_location><End_location>0.5</End_location>";
+    let covered = |areas: &[[f64; 2]]| {
+        let area_of = |(k, [from, to]): (usize, &[f64; 2])| {
+            let own = area.replace("pa1", &format!("pa{}", k + 1));
+            let own = own.replace(">0<", &format!(">{from}<")).replace(">0.5<", &format!(">{to}<"));
+            own + "<Associated_protection>tape1</Associated_protection></Protection_area>"
+        };
+        let areas: String = areas.iter().enumerate().map(area_of).collect();
+        imported(&with(
+            &format!("{area}<Associated_protection>tape1</Associated_protection></Protection_area>"),
+            &areas,
+        ))
+    };
+    let parts = |areas: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        let scenario = checked(&covered(areas).scenario);
+        let part = |part: &wireloom_scenario::SectionPart| part.range.map(|s| (s / 0.3079 * 1e6).round() / 1e6);
+        scenario.branches[0].parts.iter().map(part).collect()
+    };
+    // The parts that are taped are the other ones where most is bare.
+    assert_eq!(parts(&[[0.1, 0.3]]), [[0.1, 0.3]]);
+    assert_eq!(parts(&[[0.3, 0.1], [0.2, 0.4]]), [[0.1, 0.4]]);
+    assert_eq!(parts(&[[0.1, 0.2], [0.2, 0.3], [0.6, 0.7]]), [[0.1, 0.3], [0.6, 0.7]]);
+    assert_eq!(parts(&[[0.0, 0.3], [0.4, 1.0]]), [[0.3, 0.4]]);
+    assert_eq!(parts(&[[0.0, 1.0]]), [[0.0; 2]; 0]);
+    // 1.5 mm of bare wires of 4 mm, between and at the end.
+    assert_eq!(parts(&[[0.0, 0.5], [0.505, 0.995]]), [[0.0; 2]; 0]);
+    let found = covered(&[[0.0, 0.5], [0.505, 0.995]]).findings;
+    let told = found.iter().map(ToString::to_string).find(|finding| finding.contains("shorter than they are thick"));
+    assert!(told.is_some_and(|finding| finding.contains("s1 (1.5 mm)")), "{found:?}");
 }
 
 /// The findings of an import.

@@ -7,7 +7,8 @@ use wireloom_core::curve::Curve;
 use wireloom_core::joint::{JointModel, JointSpec};
 use wireloom_core::rod::{BranchShape, Mesh, RodSegment, RodSpec};
 use wireloom_core::section::{AxialLaw, CreepElement, FrictionElement, SectionCreep, SectionFriction, SectionLaws};
-use wireloom_core::{Matrix, Parameters, Registry, Rotation, Section, Value, Vector};
+use wireloom_core::sections::SectionSpan;
+use wireloom_core::{Matrix, Parameters, Registry, Rotation, Section, Sections, Value, Vector};
 use wireloom_testkit::conformance::rod::section;
 use wireloom_testkit::{
     constitutive_conformance, constraint_conformance, joint_conformance, potential_conformance, rod_conformance,
@@ -25,19 +26,49 @@ fn rod(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
     move |spec| (registry.rod(kind).unwrap().build)(&spec, &Parameters::default()).unwrap()
 }
 
+/// With its section changed.
+fn with(mut spec: RodSpec, change: impl Fn(&mut Section)) -> RodSpec {
+    spec.sections.iter_mut().for_each(change);
+    spec
+}
+
+/// A rod of which each part between stations has a section of its own, softer where it is longer: the same from either
+/// end.
+fn rod_of_parts(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
+    let made = rod(kind);
+    move |spec| {
+        let (mesh, section) = (&spec.mesh, spec.sections.of(0));
+        let inner = mesh.stations.iter().copied().filter(|node| (1..mesh.segments()).contains(node));
+        let ends: Vec<usize> = [0].into_iter().chain(inner).chain([mesh.segments()]).collect();
+        let part = |ends: &[usize]| {
+            let factor = 0.1 / (0.1 + mesh.rest_lengths[ends[0]..ends[1]].iter().sum::<f64>());
+            let section = Section {
+                axial_stiffness: factor * section.axial_stiffness,
+                shear_stiffness: section.shear_stiffness.map(|stiffness| factor * stiffness),
+                bending_stiffness: section.bending_stiffness.map(|stiffness| factor * stiffness),
+                torsion_stiffness: factor * section.torsion_stiffness,
+                ..section.clone()
+            };
+            SectionSpan { section, segments: ends[0]..ends[1] }
+        };
+        let sections = Sections::new(ends.windows(2).map(part).collect());
+        made(RodSpec { sections, ..spec })
+    }
+}
+
 /// Elements that slip early and late, some of them in every shape of the suite.
 fn rod_with_friction(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
     let element = |stiffness: f64, moment: f64| FrictionElement { stiffness, moment };
     let bending = vec![element(0.03, 0.02), element(0.05, 0.4)];
     let friction = SectionFriction { bending, torsion: vec![element(0.02, 0.1)] };
     let made = rod(kind);
-    move |spec| made(RodSpec { section: Section { friction: friction.clone(), ..spec.section }, ..spec })
+    move |spec| made(with(spec, |section| section.friction = friction.clone()))
 }
 
 /// With these laws in its section.
 fn rod_with_laws(kind: &'static str, laws: SectionLaws) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
     let made = rod(kind);
-    move |spec| made(RodSpec { section: Section { laws: laws.clone(), ..spec.section }, ..spec })
+    move |spec| made(with(spec, |section| section.laws = laws.clone()))
 }
 
 /// Curves with so many points that differences do not see the kinks of their slopes: a softening one of bending, whose
@@ -135,7 +166,7 @@ impl ConstitutiveLaw for Slipping {
 }
 
 fn rod_with_a_given_memory(spec: RodSpec) -> Box<dyn RodSegment> {
-    let law = Slipping { c: spec.section.bend_diagonal(), k: 0.04, y: 0.05 };
+    let law = Slipping { c: spec.sections.of(0).bend_diagonal(), k: 0.04, y: 0.05 };
     wireloom_models::rods::constitutive::rod(spec, ConstitutiveLaws { stretch: None, bend: Some(Box::new(law)) })
 }
 
@@ -154,18 +185,18 @@ fn given_laws(section: &Section, linear: bool) -> ConstitutiveLaws {
 }
 
 fn rod_with_given_laws(spec: RodSpec) -> Box<dyn RodSegment> {
-    let laws = given_laws(&spec.section, false);
+    let laws = given_laws(spec.sections.of(0), false);
     wireloom_models::rods::constitutive::rod(spec, laws)
 }
 
 /// With a law of stretch alone: it bends and twists as its section does, to fourth order.
 fn rod_with_given_stretch(spec: RodSpec) -> Box<dyn RodSegment> {
-    let laws = ConstitutiveLaws { bend: None, ..given_laws(&spec.section, false) };
+    let laws = ConstitutiveLaws { bend: None, ..given_laws(spec.sections.of(0), false) };
     wireloom_models::rods::constitutive::rod(spec, laws)
 }
 
 fn rod_with_linear_given_laws(spec: RodSpec) -> Box<dyn RodSegment> {
-    let laws = given_laws(&spec.section, true);
+    let laws = given_laws(spec.sections.of(0), true);
     wireloom_models::rods::constitutive::rod(spec, laws)
 }
 
@@ -175,7 +206,7 @@ fn rod_that_yields(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment
     let set = Some(FrictionElement { stiffness: 0.04, moment: 0.04 });
     let laws =
         SectionLaws { torsion_set: Some(FrictionElement { stiffness: 0.02, moment: 0.03 }), ..SectionLaws::default() };
-    move |spec| made(RodSpec { section: Section { set, laws: laws.clone(), ..spec.section }, ..spec })
+    move |spec| made(with(spec, |section| (section.set, section.laws) = (set, laws.clone())))
 }
 
 fn joint(kind: &'static str) -> impl Fn(JointSpec) -> Box<dyn JointModel> {
@@ -244,6 +275,9 @@ rod_conformance!(cosserat_rod, rod("cosserat"));
 rod_order_conformance!(cosserat_rod_order, rod("cosserat"));
 rod_conformance!(kirchhoff_rod, rod("kirchhoff"));
 rod_conformance!(mass_spring_chain, rod("mass-spring"));
+rod_conformance!(cosserat_rod_of_parts, rod_of_parts("cosserat"));
+rod_conformance!(kirchhoff_rod_of_parts, rod_of_parts("kirchhoff"));
+rod_conformance!(mass_spring_chain_of_parts, rod_of_parts("mass-spring"));
 rod_conformance!(cosserat_rod_with_friction, rod_with_friction("cosserat"));
 rod_conformance!(kirchhoff_rod_with_friction, rod_with_friction("kirchhoff"));
 rod_conformance!(cosserat_rod_that_yields, rod_that_yields("cosserat"));
@@ -260,8 +294,12 @@ fn rods_without_shear_do_not_look_at_the_shear_stiffness() {
     let energy = |kind: &'static str, shear: f64| {
         let mut section = section();
         section.shear_stiffness = [shear; 2];
-        let spec =
-            RodSpec { name: "branch".into(), section, mesh: mesh.clone(), curvature: Vector::new(0.3, 0.0, 0.1) };
+        let spec = RodSpec {
+            name: "branch".into(),
+            sections: section.into(),
+            mesh: mesh.clone(),
+            curvature: Vector::new(0.3, 0.0, 0.1),
+        };
         let carry = vec![Vector::zeros(); points.len()];
         let shape = BranchShape {
             points: &points,

@@ -37,7 +37,7 @@ impl Coupling {
         let friction = section_friction();
         let section = Section { bending_stiffness: [EI; 2], torsion_stiffness: GJ, friction, ..section() };
         let mesh = Mesh::new(vec![LAMBDA; 2], vec![]);
-        let spec = RodSpec { name: "branch".into(), section, mesh, curvature: Vector::zeros() };
+        let spec = RodSpec { name: "branch".into(), sections: section.into(), mesh, curvature: Vector::zeros() };
         let mut registry = Registry::default();
         wireloom_models::register(&mut registry);
         let kind = registry.rod("cosserat").expect("built in");

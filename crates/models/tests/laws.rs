@@ -24,7 +24,7 @@ impl Coupling {
     fn new(friction: SectionFriction, laws: SectionLaws) -> Self {
         let section = Section { bending_stiffness: [EI; 2], torsion_stiffness: GJ, friction, laws, ..section() };
         let mesh = Mesh::new(vec![LAMBDA; 2], vec![]);
-        let spec = RodSpec { name: "branch".into(), section, mesh, curvature: Vector::zeros() };
+        let spec = RodSpec { name: "branch".into(), sections: section.into(), mesh, curvature: Vector::zeros() };
         let mut registry = Registry::default();
         wireloom_models::register(&mut registry);
         let kind = registry.rod("cosserat").expect("built in");

@@ -50,7 +50,7 @@ impl Recipe {
             texts,
             surroundings: Surroundings::of_run(built.network.obstacles.clone(), &built.schedule),
             identities: built.schedule.identities.clone(),
-            branches: branches.map(|branch| (branch.points.clone(), 0.5 * branch.section.diameter)).collect(),
+            branches: branches.map(|branch| (branch.points.clone(), 0.5 * branch.sections.diameter())).collect(),
         }
     }
 

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Arc, OnceLock};
 use wireloom::geometry::{Vector, columns};
-use wireloom::result::{BranchResult, ConstraintResult};
+use wireloom::result::{BranchResult, ConstraintResult, SectionResult};
 use wireloom::{Run, StepResult, result};
 
 /// Where the result of an increment is kept.
@@ -181,6 +181,16 @@ impl Branch {
     #[getter]
     fn axial_stiffness(&self) -> f64 {
         self.get().axial_stiffness
+    }
+
+    /// Name, both arc lengths, diameter, limit of the bend radius and EA of each part with a section of its own.
+    #[getter]
+    fn sections(&self) -> Vec<(String, f64, f64, f64, Option<f64>, f64)> {
+        let parts = self.get().sections.iter();
+        let part = |own: &SectionResult| {
+            (own.section.clone(), own.from, own.to, own.diameter, own.bend_radius_limit, own.axial_stiffness)
+        };
+        parts.map(part).collect()
     }
 
     #[getter]

@@ -151,6 +151,28 @@ def test_a_cable_with_friction_keeps_a_set(tmp_path: Path) -> None:
     assert branch.dissipated == (own["dissipated"], own["dissipated_in_all"]) and own["dissipated_in_all"] > 0
 
 
+def test_a_branch_whose_section_changes_has_parts(tmp_path: Path) -> None:
+    scenario = wireloom.loads(wireloom.EXAMPLE)
+    plain = scenario.run().steps[-1].branches["cable"]
+    assert plain.sections == ()
+    assert plain.diameters.tolist() == [0.006] * len(plain)
+    tube = {**scenario["sections.cable"], "diameter": "12 mm", "min_bend_radius": "90 mm"}
+    scenario["sections.tube"] = tube
+    scenario["branches.cable.sections"] = [{"section": "tube", "from": 0.3, "to": 0.6}]
+    run = scenario.run()
+    cable = run.steps[-1].branches["cable"]
+    assert [(part.section, part.start, part.end) for part in cable.sections] == [
+        ("cable", 0.0, pytest.approx(0.3)),
+        ("tube", pytest.approx(0.3), pytest.approx(0.6)),
+        ("cable", pytest.approx(0.6), pytest.approx(1.0)),
+    ]
+    inside = (cable.s > 0.3 - 1e-9) & (cable.s < 0.6 + 1e-9)
+    assert cable.diameters.tolist() == np.where(inside, 0.012, 0.006).tolist()
+    assert cable.bend_radius_limits.tolist() == np.where(inside, 0.09, 0.04).tolist()
+    again = wireloom.Run.open(run.save(tmp_path)).steps[-1].branches["cable"]
+    assert again.sections == cable.sections and again.diameter == cable.diameter == 0.012
+
+
 def test_events_have_places() -> None:
     scenario = wireloom.loads(wireloom.EXAMPLE)
     scenario["sections.cable.min_bend_radius"] = "400 mm"
@@ -410,7 +432,7 @@ def test_a_run_is_curves_of_usd(run: wireloom.Run, tmp_path: Path) -> None:
                 points = np.array(curves.GetPointsAttr().Get(time))
                 assert list(curves.GetCurveVertexCountsAttr().Get(time)) == [len(branch)]
                 assert np.abs(points - branch.position).max() < 1e-7
-                assert curves.GetWidthsAttr().Get(time)[0] == pytest.approx(branch.diameter, rel=1e-6)
+                assert np.array(curves.GetWidthsAttr().Get(time)) == pytest.approx(branch.diameters, rel=1e-6)
     with pytest.raises(wireloom.RequestError, match="does not end with one of .usd, .usda, .usdc"):
         run.to_usd(tmp_path / "run.glb")
     with pytest.raises(OSError, match="cannot write"):

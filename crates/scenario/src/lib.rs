@@ -46,7 +46,7 @@ pub use read::files::{Files, NoFiles};
 pub use read::library::{shipped_coverings, shipped_fixings, shipped_wires};
 pub use read::plugins::{Plugins, plugins};
 pub use scenario::{
-    Arm, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Required, Scenario,
+    Arm, Body, Branch, ByRule, Constraint, Division, Facing, Joint, Load, Minimiser, Required, Scenario, SectionPart,
 };
 pub use settings::Setting;
 pub use span::{Span, Spans};

@@ -105,6 +105,8 @@ pub struct Branch {
     pub vertices: [String; 2],
     /// Index of its section.
     pub section: usize,
+    /// Its parts that have another section, in the order of arc length, none over another one.
+    pub parts: Vec<SectionPart>,
     /// Unstressed length, m.
     pub length: f64,
     /// Its division into segments.
@@ -132,7 +134,54 @@ pub struct Branch {
     pub spans: Spans,
 }
 
+/// Part of a branch that has another section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionPart {
+    /// Index of that section.
+    pub section: usize,
+    /// Arc lengths where it begins and ends, m.
+    pub range: [f64; 2],
+}
+
 impl Branch {
+    /// Its sections by spans that cover all of it, in the order of arc length; neighbours have another section.
+    pub fn section_spans(&self) -> Vec<SectionPart> {
+        let mut spans: Vec<SectionPart> = Vec::new();
+        let mut add = |section: usize, from: f64, to: f64| match spans.last_mut() {
+            _ if to - from <= Self::COINCIDENT * self.length => {}
+            Some(last) if last.section == section => last.range[1] = to,
+            _ => spans.push(SectionPart { section, range: [from, to] }),
+        };
+        let mut reached = 0.0;
+        for part in &self.parts {
+            add(self.section, reached, part.range[0]);
+            add(part.section, part.range[0], part.range[1]);
+            reached = part.range[1];
+        }
+        add(self.section, reached, self.length);
+        spans
+    }
+
+    /// Indices of its sections.
+    pub fn sections(&self) -> impl Iterator<Item = usize> {
+        self.section_spans().into_iter().map(|span| span.section)
+    }
+
+    /// Whether one of its sections is this one.
+    pub fn has_section(&self, section: usize) -> bool {
+        self.sections().any(|own| own == section)
+    }
+
+    /// Index of its section at its start, or at its end.
+    pub fn end_section(&self, start: bool) -> usize {
+        let spans = self.section_spans();
+        let span = if start { spans.first() } else { spans.last() };
+        span.map_or(self.section, |span| span.section)
+    }
+
+    /// Places closer than this, relative to the length of a branch, are one.
+    pub(crate) const COINCIDENT: f64 = 1e-9;
+
     /// Drawn centre line, with which results are compared, m, world coordinates; empty where none is drawn.
     pub fn drawn(&self) -> &[Vector] {
         if self.own_drawn.is_empty() { &self.path } else { &self.own_drawn }

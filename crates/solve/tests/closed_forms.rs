@@ -145,9 +145,9 @@ fn buckling(section: &Section, exact: f64, holds: [&[HoldWord]; 2]) -> [f64; 3] 
         let mut sample = weightless(n, holds);
         let branch = &mut sample.network.branches[0];
         let (name, mesh) = (branch.name.clone(), branch.rod.mesh().clone());
-        let spec = RodSpec { name, section: section.clone(), mesh, curvature: Vector::zeros() };
+        let spec = RodSpec { name, sections: section.clone().into(), mesh, curvature: Vector::zeros() };
         branch.rod = (registry().rod("cosserat").unwrap().build)(&spec, &Parameters::default()).unwrap();
-        branch.section = spec.section;
+        branch.sections = spec.sections;
         let mut problem = sample.problem();
         let found = critical(exact, |force| {
             let state = compressed(&sample, &mut problem, force);

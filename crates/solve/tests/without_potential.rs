@@ -491,9 +491,9 @@ fn a_strip_that_cannot_stand_diverges_under_a_moment() {
         let branch = &mut sample.network.branches[0];
         let section = Section { bending_stiffness: stiffness, ..section(false) };
         let (name, mesh) = (branch.name.clone(), branch.rod.mesh().clone());
-        let spec = RodSpec { name, section: section.clone(), mesh, curvature: Vector::zeros() };
+        let spec = RodSpec { name, sections: section.clone().into(), mesh, curvature: Vector::zeros() };
         branch.rod = (registry().rod("cosserat").unwrap().build)(&spec, &Parameters::default()).unwrap();
-        branch.section = section;
+        branch.sections = section.into();
         sample.conditions.gravity = Vector::z() * -gravity;
         load(&mut sample, Place::Node { branch: 0, node: 40 }, Vector::z() * 1e-3);
         let mut problem = sample.problem();

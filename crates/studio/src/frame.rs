@@ -242,7 +242,7 @@ fn values(branch: &BranchResult, node: usize) -> [f64; FLOATS] {
         (moment - d3 * torque).norm(),
         torque,
         branch.strain_at(node),
-        0.5 * branch.diameter / branch.bend_radius[node],
+        0.5 * branch.diameter_at(node) / branch.bend_radius[node],
         branch.friction.as_ref().map_or(0.0, |friction| friction.set[node].xy().norm()),
         f64::NAN,
     ]

@@ -54,6 +54,7 @@ mod tests {
         declare(protocol::Obstacle::decl());
         declare(protocol::Form::decl());
         declare(protocol::MechanismJoint::decl());
+        declare(protocol::SectionPart::decl());
         declare(protocol::Setting::decl());
         declare(protocol::Scene::decl());
         declare(protocol::Event::decl());

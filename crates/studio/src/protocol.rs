@@ -462,6 +462,9 @@ pub struct Branch {
     pub diameter: f64,
     /// Smallest allowed bend radius, m.
     pub bend_radius_limit: Option<f64>,
+    /// Its parts with sections of their own, in the order of arc length; empty where its section does not change.
+    /// Diameter and limit above are then the greatest ones.
+    pub sections: Vec<SectionPart>,
     /// Number of nodes.
     pub nodes: u32,
     /// Unstressed length, m.
@@ -470,6 +473,20 @@ pub struct Branch {
     pub identity: Option<String>,
     /// Drawn centre line, m: x, y, z of each point; empty where none is drawn.
     pub drawn: Vec<f32>,
+}
+
+/// A part of a branch with a section of its own; it begins where the one before it ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(TS))]
+pub struct SectionPart {
+    /// Name of the section.
+    pub section: String,
+    /// Arc length where it ends, m.
+    pub to: f64,
+    /// Diameter, m.
+    pub diameter: f64,
+    /// Smallest allowed bend radius, m.
+    pub bend_radius_limit: Option<f64>,
 }
 
 /// A joint.

@@ -1,11 +1,11 @@
 //! A harness for display: names, diameters, meshes of obstacles. Frames have the positions.
 
 use crate::frame::number;
-use crate::protocol::{Branch, Constraint, Joint, MechanismJoint, Obstacle, Scene};
+use crate::protocol::{Branch, Constraint, Joint, MechanismJoint, Obstacle, Scene, SectionPart};
 use wireloom::harness;
 use wireloom::harness::{Network, Obstacle as Body, Place, Schedule};
 use wireloom::parts::{Action, RotationHold};
-use wireloom::result::{Identified, Identities, Identity, Measure, Part, Requirement};
+use wireloom::result::{Identified, Identities, Identity, Measure, Part, Requirement, SectionResult};
 
 /// Half-size at which unbounded obstacles are drawn, m.
 pub(crate) const DRAWN: f64 = 10.0;
@@ -34,10 +34,17 @@ pub fn of(schedule: &Schedule, program: &str, network: &Network) -> Scene {
 fn branch(network: &Network, identities: &Identities, index: usize) -> Branch {
     let branch = &network.branches[index];
     let mesh = branch.rod.mesh();
+    let part = |SectionResult { section, to, diameter, bend_radius_limit: own, .. }| SectionPart {
+        section,
+        to,
+        diameter,
+        bend_radius_limit: bend_radius_limit(network, index, own),
+    };
     Branch {
         name: branch.name.clone(),
-        diameter: branch.section.diameter,
-        bend_radius_limit: bend_radius_limit(network, index),
+        diameter: branch.sections.diameter(),
+        bend_radius_limit: bend_radius_limit(network, index, branch.sections.bend_radius_limit()),
+        sections: branch.sections.results(&mesh.arc_lengths()).into_iter().map(part).collect(),
         nodes: number(mesh.nodes()),
         length: mesh.length(),
         identity: identities.find(Identified::Branch, &branch.name).map(Identity::to_string),
@@ -45,13 +52,13 @@ fn branch(network: &Network, identities: &Identities, index: usize) -> Branch {
     }
 }
 
-/// The largest bend radius that is always required of a whole branch, m.
-fn bend_radius_limit(network: &Network, branch: usize) -> Option<f64> {
+/// The largest bend radius that is always required of a whole branch, or of its section, m.
+fn bend_radius_limit(network: &Network, branch: usize, of_section: Option<f64>) -> Option<f64> {
     let always = |own: &&Requirement| {
         own.measure == Measure::BendRadius && own.steps.is_none() && own.of.contains(&Part::whole(branch))
     };
     let limits = network.requirements.iter().filter(always).filter_map(|own| own.min);
-    limits.chain(network.branches[branch].section.min_bend_radius).reduce(f64::max)
+    limits.chain(of_section).reduce(f64::max)
 }
 
 fn joint(joint: &harness::Joint) -> Joint {

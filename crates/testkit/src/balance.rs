@@ -21,8 +21,8 @@ pub fn imbalance(network: &Network, gravity: &Vector, step: &StepResult) -> Imba
     // Where a force acts, the force, and the moment about that place.
     let mut acting: Vec<(Vector, Vector, Vector)> = Vec::new();
     for (branch, result) in network.branches.iter().zip(&step.branches) {
-        for (s, x) in result.s.windows(2).zip(result.position.windows(2)) {
-            let weight = gravity * (branch.section.linear_density * (s[1] - s[0]));
+        for (j, (s, x)) in result.s.windows(2).zip(result.position.windows(2)).enumerate() {
+            let weight = gravity * (branch.sections.of(j).linear_density * (s[1] - s[0]));
             acting.push(((x[0] + x[1]) * 0.5, weight, Vector::zeros()));
         }
     }
@@ -50,7 +50,7 @@ pub fn imbalance(network: &Network, gravity: &Vector, step: &StepResult) -> Imba
                     for j in span.nodes.start..span.nodes.end - 1 {
                         let (a, b) = (result.frame[j], result.frame[j + 1]);
                         let halfway = a * (a.inverse() * b).powf(0.5);
-                        let per_length = own.dead_force() + own.on(&halfway, branch.section.diameter);
+                        let per_length = own.dead_force() + own.on(&halfway, branch.sections.of(j).diameter);
                         let at = (result.position[j] + result.position[j + 1]) * 0.5;
                         acting.push((at, per_length * load.factor * (result.s[j + 1] - result.s[j]), Vector::zeros()));
                     }
@@ -71,7 +71,8 @@ pub fn imbalance(network: &Network, gravity: &Vector, step: &StepResult) -> Imba
     let force: Vector = acting.iter().map(|(_, force, _)| force).sum();
     let moment: Vector = acting.iter().map(|(at, force, moment)| (at - middle).cross(force) + moment).sum();
     let length = step.branches.iter().filter_map(|branch| branch.s.last()).fold(0.0_f64, |a, b| a.max(*b));
-    let bends = network.branches.iter().map(|branch| branch.section.bend_diagonal().max()).fold(0.0, f64::max);
+    let sections = network.branches.iter().flat_map(|branch| branch.sections.iter());
+    let bends = sections.map(|section| section.bend_diagonal().max()).fold(0.0, f64::max);
     let scale = acting.iter().map(|(_, force, _)| force.norm()).sum::<f64>() + bends / length.powi(2);
     Imbalance { force: force.norm() / scale, moment: moment.norm() / (scale * length) }
 }

@@ -33,7 +33,9 @@ fn taped() -> RodKind {
         build: Box::new(|spec, values| {
             let mut spec = spec.clone();
             let factor = values.number("factor").unwrap_or(1.0);
-            spec.section.bending_stiffness = spec.section.bending_stiffness.map(|ei| factor * ei);
+            for section in spec.sections.iter_mut() {
+                section.bending_stiffness = section.bending_stiffness.map(|ei| factor * ei);
+            }
             Ok(Box::new(cosserat::rod(spec)))
         }),
     }

@@ -82,9 +82,9 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
 
 fn branch(name: String, section: &Section, length: f64, segments: usize, stations: Vec<usize>) -> BranchPlan {
     let mesh = Mesh::new(vec![length / segments as f64; segments], stations);
-    let spec = RodSpec { name: name.clone(), section: section.clone(), mesh, curvature: Vector::zeros() };
+    let spec = RodSpec { name: name.clone(), sections: section.clone().into(), mesh, curvature: Vector::zeros() };
     let (kind, rod) = ("cosserat".into(), Box::new(cosserat::rod(spec)));
-    BranchPlan { name, kind, section: section.clone(), rod, path: vec![], drawn: vec![] }
+    BranchPlan { name, kind, sections: section.clone().into(), rod, path: vec![], drawn: vec![] }
 }
 
 fn connector(name: &str, branch: usize, node: usize) -> ConstraintPlan {

@@ -26,7 +26,7 @@ use wireloom_core::{Registry, Rotation, Vector};
 use wireloom_formboard::{Arm, Branch, Clip, Joint, Vertex, lay};
 use wireloom_scenario::flat::{Flat, FlatBranch, FlatJoint, FlatLoad, Held, Hold, on_board};
 use wireloom_scenario::record::{self, Attachment};
-use wireloom_scenario::{At, Fault, Files, Load, Scenario};
+use wireloom_scenario::{At, Fault, Files, Load, Scenario, SectionPart};
 
 /// Wishes for a formboard.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,14 +143,17 @@ fn harness_of(scenario: &Scenario) -> Harness {
         .branches
         .iter()
         .map(|branch| {
-            let section = &scenario.sections[branch.section];
+            let sections = branch.section_spans();
+            let own = || sections.iter().map(|span| &scenario.sections[span.section]);
+            let mass =
+                |span: &SectionPart| scenario.sections[span.section].linear_density * (span.range[1] - span.range[0]);
             Branch {
                 name: branch.name.clone(),
                 ends: [0, 1].map(|end| index[branch.vertices[end].as_str()]),
                 length: branch.length,
-                diameter: section.diameter,
-                min_bend_radius: section.min_bend_radius,
-                linear_density: section.linear_density,
+                diameter: scenario.diameter(branch),
+                min_bend_radius: own().filter_map(|section| section.min_bend_radius).reduce(f64::max),
+                linear_density: sections.iter().map(mass).sum::<f64>() / branch.length,
                 clips: Vec::new(),
             }
         })
@@ -365,8 +368,9 @@ pub fn wire_types(text: &str, scenario: &Scenario) -> Result<Table, Fault> {
     let mut table = Table::new("Wires by type", &["type", ">wires, at most", ">length in all [m]"]);
     let mut types: Vec<(String, u64, f64)> = Vec::new();
     let mut bare: Vec<&str> = Vec::new();
-    for branch in &scenario.branches {
-        let section = &scenario.sections[branch.section].name;
+    let spans = scenario.branches.iter().flat_map(wireloom_scenario::Branch::section_spans);
+    for SectionPart { section, range: [from, to] } in spans {
+        let section = &scenario.sections[section].name;
         let wires = sections.get(section).and_then(|own| own.get("wires")).and_then(|wires| wires.as_array());
         let Some(wires) = wires else {
             if !bare.contains(&section.as_str()) {
@@ -381,7 +385,7 @@ pub fn wire_types(text: &str, scenario: &Scenario) -> Result<Table, Fault> {
         }
         for (name, count) in here {
             let known = types.iter_mut().find(|(own, ..)| own == name);
-            let length = count as f64 * branch.length;
+            let length = count as f64 * (to - from);
             match known {
                 Some((_, most, sum)) => (*most, *sum) = ((*most).max(count), *sum + length),
                 None => types.push((name.to_owned(), count, length)),

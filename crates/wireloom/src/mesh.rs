@@ -209,8 +209,8 @@ struct Limits {
 impl Trial {
     fn new(network: &Network, accuracy: f64) -> Self {
         let limits = network.branches.iter().map(|branch| Limits {
-            curvature: branch.section.min_bend_radius.map(|radius| 1.0 / radius),
-            gentle: 1.0 / (GENTLE * branch.section.diameter),
+            curvature: branch.sections.bend_radius_limit().map(|radius| 1.0 / radius),
+            gentle: 1.0 / (GENTLE * branch.sections.diameter()),
             lengths: branch.rod.mesh().rest_lengths.clone(),
         });
         let wanted = vec![Vec::new(); network.branches.len()];
@@ -253,7 +253,7 @@ impl Trial {
     fn sizes(&self, scenario: &Scenario, complete: bool) -> Sizes {
         let of_branch = |(b, wanted): (usize, &Vec<[f64; 2]>)| {
             let own = &scenario.branches[b];
-            let shortest = SHORTEST * scenario.sections[own.section].diameter;
+            let shortest = SHORTEST * scenario.diameter(own);
             let lengths = &self.network[b].lengths;
             let mut ends = vec![0.0];
             ends.extend(lengths.iter().scan(0.0, |s, length| {

@@ -40,7 +40,7 @@ const ACCURACY: f64 = 0.02;
 /// A note for each branch whose mesh is too coarse to tell whether it keeps its bend radius.
 fn coarse_meshes(network: &Network, steps: &[StepResult]) -> Vec<String> {
     let note = |(b, branch): (usize, &Branch)| {
-        let limit = branch.section.min_bend_radius?;
+        let limit = branch.sections.bend_radius_limit()?;
         let bends = steps.iter().filter_map(|step| {
             let result = &step.branches[b];
             let radius = result.bend_radius.iter().copied().fold(f64::INFINITY, f64::min);

@@ -492,7 +492,7 @@ impl Points<'_> {
         // Where outputs are measured may vary.
         let outputs = scenario.sweep.as_ref().map_or(&[][..], |sweep| &sweep.outputs);
         if let Some(Ok(swept)) = swept {
-            swept.begin(&network.branches.iter().map(|branch| 0.5 * branch.section.diameter).collect::<Vec<_>>());
+            swept.begin(&network.branches.iter().map(|branch| 0.5 * branch.sections.diameter()).collect::<Vec<_>>());
         }
         let mut watching = Watching {
             monitor,

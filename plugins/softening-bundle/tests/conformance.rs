@@ -19,7 +19,7 @@ fn the_moment_falls_from_that_of_sticking_wires_to_that_of_loose_ones() {
     let mut section = section();
     section.bending_stiffness = [0.01; 2];
     let mesh = Mesh::new(vec![0.1; 4], vec![0, 4]);
-    let rod = rod(RodSpec { name: "cable".into(), section, mesh, curvature: Vector::zeros() });
+    let rod = rod(RodSpec { name: "cable".into(), sections: section.into(), mesh, curvature: Vector::zeros() });
     let Some(ConstitutiveLaws { stretch: None, bend: Some(law) }) = rod.constitutive() else {
         panic!("it has a law of bending alone")
     };

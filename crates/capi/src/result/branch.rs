@@ -34,11 +34,11 @@ pub struct WireloomBranch {
     pub moment: *const f64,
     /// Bend radius, m; infinite where it is straight.
     pub bend_radius: *const f64,
-    /// Diameter, m.
+    /// Diameter, m; the greatest one where the section changes.
     pub diameter: f64,
-    /// Smallest bend radius allowed, m; NaN: no limit.
+    /// Smallest bend radius allowed, m; the greatest one where the section changes; NaN: no limit.
     pub bend_radius_limit: f64,
-    /// Axial stiffness EA, N.
+    /// Axial stiffness EA, N, at the start.
     pub axial_stiffness: f64,
     /// Total material twist, turns.
     pub twist_turns: f64,
@@ -50,6 +50,8 @@ pub struct WireloomBranch {
     pub moment_error: f64,
     /// The least bend radius may be smaller by so much, m; NaN: no estimate.
     pub bend_radius_error: f64,
+    /// Number of parts with a section of their own; 0 where the section does not change.
+    pub section_count: usize,
 }
 
 // SAFETY: it is a struct of C that begins with its size.
@@ -97,7 +99,60 @@ pub extern "C" fn wireloom_result_branch(
             force_error: estimate.map_or(f64::NAN, |error| error.force),
             moment_error: estimate.map_or(f64::NAN, |error| error.moment),
             bend_radius_error: estimate.and_then(|error| error.bend_radius).unwrap_or(f64::NAN),
+            section_count: own.sections.len(),
         };
         pointers::fill(branch, "branch", value)
+    })
+}
+
+/// A part of a branch with a section of its own.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct WireloomSection {
+    /// sizeof(WireloomSection), set by the caller.
+    pub size: usize,
+    /// Name of the section; valid until the result is freed.
+    pub name: *const c_char,
+    /// Arc length where the part begins, m.
+    pub from: f64,
+    /// Arc length where it ends, m.
+    pub to: f64,
+    /// Diameter, m.
+    pub diameter: f64,
+    /// Smallest bend radius allowed, m; NaN: no limit.
+    pub bend_radius_limit: f64,
+    /// Axial stiffness EA, N.
+    pub axial_stiffness: f64,
+}
+
+// SAFETY: it is a struct of C that begins with its size.
+unsafe impl SizedStruct for WireloomSection {}
+
+/// A part of a branch with a section of its own, from 0, in the order of arc length; a branch whose section does not
+/// change has none.
+#[unsafe(no_mangle)]
+pub extern "C" fn wireloom_result_section(
+    result: WireloomResult,
+    step: usize,
+    branch: usize,
+    index: usize,
+    section: *mut WireloomSection,
+    error: *mut WireloomError,
+) -> WireloomCode {
+    call(error, || {
+        let kept = get(result)?;
+        let all = &kept.step(step)?.branches;
+        let parts = &all.get(branch).ok_or_else(|| Failure::no_index("branch", branch, all.len()))?.sections;
+        let own = parts.get(index).ok_or_else(|| Failure::no_index("section", index, parts.len()))?;
+        let value = WireloomSection {
+            size: size_of::<WireloomSection>(),
+            name: kept.words.of(&own.section),
+            from: own.from,
+            to: own.to,
+            diameter: own.diameter,
+            bend_radius_limit: own.bend_radius_limit.unwrap_or(f64::NAN),
+            axial_stiffness: own.axial_stiffness,
+        };
+        pointers::fill(section, "section", value)
     })
 }

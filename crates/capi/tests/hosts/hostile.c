@@ -15,7 +15,7 @@
     F(scenario_free) F(diagnostics_get) F(diagnostics_free) F(text_get) F(text_free)      \
     F(cancel_new) F(cancel_request) F(cancel_reset) F(cancel_free) F(run) F(result_get)   \
     F(result_note) F(result_step) F(result_find) F(result_branch) F(result_constraint)    \
-    F(result_joint) F(result_marker) F(result_body) F(result_event)                       \
+    F(result_joint) F(result_marker) F(result_body) F(result_event) F(result_section)     \
     F(result_requirement) F(result_free) F(session_open) F(session_result)                \
     F(session_move) F(session_hold) F(session_release) F(session_drive)                   \
     F(session_move_body) F(session_set) F(session_undo) F(session_text) F(session_free)   \
@@ -265,7 +265,7 @@ static int one_call(void) {
     static size_t length;
     const double reach[] = {0.85 - 0.001 * (double)next(20), -0.25, 0};
     const double aside[] = {0.5, 0, -0.4 - 0.01 * (double)next(10)};
-    switch (next(54)) {
+    switch (next(55)) {
         case 0:
             CALL(scenario_new, name(), next(2) ? 0 : 1, name(), next(2) ? NULL : place(), error);
             break;
@@ -527,6 +527,14 @@ static int one_call(void) {
         case 53:
             CALL(session_drive, SELDOM(WireloomSession), "slide", next(2) ? INFINITY : 0.01, error);
             break;
+        case 54: {
+            WireloomSection *one = OUT(WireloomSection);
+            const size_t branch = next(2) ? 0 : number();
+            if (CALL(result_section, H(WireloomResult), number(), branch, number(), one, error) == WIRELOOM_CODE_OK) {
+                word(one->name);
+            }
+            break;
+        }
     }
     return 0;
 }

@@ -52,6 +52,12 @@ static int step_of(WireloomResult result, size_t index) {
         bits("force", branch.force, 3 * n);
         bits("moment", branch.moment, 3 * n);
         bits("bend_radius", branch.bend_radius, n);
+        for (size_t part = 0; part < branch.section_count; part++) {
+            WireloomSection own = {.size = sizeof own};
+            DO(wireloom_result_section(result, index, k, part, &own, &error));
+            const double values[] = {own.from, own.to, own.diameter, own.bend_radius_limit, own.axial_stiffness};
+            bits(own.name, values, 5);
+        }
         DO(wireloom_result_find(result, index, WIRELOOM_FAMILY_BRANCH, branch.name, &found, &error));
         if (found != k) {
             return 1;

@@ -33,7 +33,7 @@ use wireloom::scenario::Setting;
 use wireloom::session::{Checkpoint, Resumed};
 
 /// Version of the files; changes with their meaning.
-const FORMAT: u32 = 14;
+const FORMAT: u32 = 15;
 const ORIGIN: &str = "origin";
 const RESULTS: &str = "results";
 const SWEPT: &str = "swept";

@@ -21,7 +21,7 @@ pub struct Swept {
 impl Swept {
     /// Swept volume, if the scenario asks for it; `None` otherwise.
     pub fn of(output: &Output, built: &Built) -> Option<Self> {
-        let branches = built.network.branches.iter().map(|b| (b.points.clone(), 0.5 * b.section.diameter));
+        let branches = built.network.branches.iter().map(|b| (b.points.clone(), 0.5 * b.sections.diameter()));
         output.swept.map(|cell| Self { cell, branches: branches.collect() })
     }
 

@@ -150,9 +150,10 @@ impl Anchoring<'_> {
     fn bond(&self, contact: &Contact, touched: &Touched) -> Bond {
         let point = self.contact.point(contact.point);
         let network = self.system.network;
-        let diameter = |b: usize| network.branches[b].section.diameter;
         let Partner::Cable { branch, .. } = contact.partner else { unreachable!("obstacles have no segments") };
-        let own = diameter(point.branch) / (diameter(point.branch) + diameter(branch as usize));
+        let segment = touched.first - network.branches[branch as usize].points.start;
+        let radii = [network.radius(point.branch, point.segment), network.radius(branch as usize, segment)];
+        let own = radii[0] / (radii[0] + radii[1]);
         let frame = &self.state.frames[network.branches[point.branch].segment_frame(point.segment)];
         let lever = frame.inverse_transform_vector(&contact.normal) * (-own * contact.radius);
         Bond { fraction: touched.fraction, lever }

@@ -53,20 +53,22 @@ pub fn middle_shifts(mesh: &Mesh, rest_lengths: &[f64]) -> Vec<f64> {
     lengths
 }
 
-/// Passes what segments of these rest lengths (m) have by this density (per metre), lumped at nodes, to `add`, by
-/// point: half of each segment's part at either of its nodes, corrected beside stations.
+/// Passes what segments of these rest lengths (m) have by their density (kg/m) and a factor, lumped at nodes, to `add`,
+/// by point: half of each segment's part at either of its nodes, corrected beside stations.
 fn lumped<T: Copy + Mul<f64, Output = T> + Neg<Output = T>>(
     branch: &Branch,
     rest_lengths: &[f64],
-    density: T,
+    factor: T,
     mut add: impl FnMut(usize, T),
 ) {
     let start = branch.points.start;
     for (j, l) in rest_lengths.iter().enumerate().filter(|(_, l)| **l != 0.0) {
+        let density = factor * branch.sections.of(j).linear_density;
         add(start + j, density * (0.5 * l));
         add(start + j + 1, density * (0.5 * l));
     }
     for beside in &branch.rod.mesh().beside {
+        let density = factor * branch.sections.of(beside.segment).linear_density;
         let weight = density * rest_lengths[beside.segment];
         shifts(beside).for_each(|(node, fraction)| add(start + node, weight * fraction));
     }
@@ -75,13 +77,13 @@ fn lumped<T: Copy + Mul<f64, Output = T> + Neg<Output = T>>(
 /// Passes the weight of segments of these rest lengths (m), lumped at nodes, to `add`, by point, N.
 pub fn weights(system: System<'_>, branch: usize, rest_lengths: &[f64], add: impl FnMut(usize, Vector)) {
     let branch = &system.network.branches[branch];
-    lumped(branch, rest_lengths, system.conditions.gravity * branch.section.linear_density, add);
+    lumped(branch, rest_lengths, system.conditions.gravity, add);
 }
 
 /// Passes their mass to `add`, by point, kg.
 pub fn masses(system: System<'_>, branch: usize, rest_lengths: &[f64], add: impl FnMut(usize, f64)) {
     let branch = &system.network.branches[branch];
-    lumped(branch, rest_lengths, branch.section.linear_density, add);
+    lumped(branch, rest_lengths, 1.0, add);
 }
 
 /// Passes the weight of the branches with a fixed mesh to `add`, by point, N.

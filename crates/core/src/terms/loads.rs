@@ -207,14 +207,16 @@ impl LoadTerm {
                         local,
                     }));
                 }
-                LoadAction::Along { spans, load } => parts.extend(spans.iter().map(|span| {
-                    let mut segments = Vec::with_capacity(span.nodes.len());
-                    each_segment_of(system, span, |frame, lumps| {
-                        segments.push((frame, lumps.map(|(point, length)| (point, length * factor))));
-                    });
-                    let diameter = system.network.branches[span.branch].section.diameter;
-                    AlongPart { load: load.clone(), diameter, segments }
-                })),
+                LoadAction::Along { spans, load } => {
+                    let spans = spans.iter().flat_map(|span| of_one_section(system, span));
+                    parts.extend(spans.map(|(diameter, span)| {
+                        let mut segments = Vec::with_capacity(span.nodes.len());
+                        each_segment_of(system, &span, |frame, lumps| {
+                            segments.push((frame, lumps.map(|(point, length)| (point, length * factor))));
+                        });
+                        AlongPart { load: load.clone(), diameter, segments }
+                    }));
+                }
             }
         }
     }
@@ -348,7 +350,7 @@ pub fn along_segment(system: System<'_>, state: &State, branch: usize, segment: 
             let acts = |nodes: &std::ops::Range<usize>| nodes.start <= segment && segment + 1 < nodes.end;
             let spans = spans.iter().filter(|span| span.branch == branch && acts(&span.nodes)).count();
             let frame = &state.frames[own.segment_frame(segment)];
-            let force = load.dead_force() + load.on(frame, own.section.diameter);
+            let force = load.dead_force() + load.on(frame, own.sections.of(segment).diameter);
             sum += force * (*factor * spans as f64);
         }
     }
@@ -359,6 +361,15 @@ pub fn along_segment(system: System<'_>, state: &State, branch: usize, segment: 
 fn each_segment<P>(system: System<'_>, action: &LoadAction<P, NodeRange>, mut act: impl FnMut(usize, Lumps)) {
     let LoadAction::Along { spans, .. } = action else { return };
     spans.iter().for_each(|span| each_segment_of(system, span, &mut act));
+}
+
+/// Parts of a span that have one section, with its diameter, m.
+fn of_one_section<'s>(system: System<'s>, span: &NodeRange) -> impl Iterator<Item = (f64, NodeRange)> + 's {
+    let NodeRange { branch, nodes } = span.clone();
+    system.network.branches[branch].sections.spans().iter().filter_map(move |own| {
+        let (start, end) = (nodes.start.max(own.segments.start), (nodes.end - 1).min(own.segments.end));
+        (start < end).then(|| (own.section.diameter, NodeRange { branch, nodes: start..end + 1 }))
+    })
 }
 
 /// Calls `act` for every segment of a span, with its frame, and the points and lengths (m) at which the force per

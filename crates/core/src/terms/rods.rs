@@ -92,14 +92,15 @@ impl RodTerm {
     /// drawn curvature.
     pub fn update(&mut self, system: System<'_>) {
         self.forget();
-        let bends = |(branch, change): (&Branch, &f64)| *change != 0.0 && branch.section.bends_with_temperature();
+        let bends =
+            |(branch, change): (&Branch, &f64)| *change != 0.0 && branch.sections.at_end(true).bends_with_temperature();
         let with_temperatures = || system.network.branches.iter().zip(&system.conditions.temperatures);
         self.extra_curvature.clear();
         self.extra_curvature.extend(self.drawn.iter().map(|drawn| drawn * self.drawn_fraction));
         if with_temperatures().any(bends) {
             self.extra_curvature.resize(system.network.frames, Vector::zeros());
             for (branch, change) in with_temperatures().filter(|pair| bends(*pair)) {
-                let bent = branch.section.thermal_curvature * *change;
+                let bent = branch.sections.at_end(true).thermal_curvature * *change;
                 self.extra_curvature[branch.frames.clone()].iter_mut().for_each(|extra| *extra += bent);
             }
         }
@@ -146,7 +147,7 @@ impl RodTerm {
     pub fn shape<'s>(&'s self, system: System<'s>, state: &'s State, branch: usize) -> BranchShape<'s> {
         let frames = system.network.branches[branch].frames.clone();
         BranchShape {
-            free_strain: system.network.branches[branch].section.thermal_expansion
+            free_strain: system.network.branches[branch].sections.at_end(true).thermal_expansion
                 * system.conditions.temperatures[branch],
             extra_curvature: self.extra_curvature.get(frames).unwrap_or_default(),
             memory: &system.conditions.rods[branch].memory,

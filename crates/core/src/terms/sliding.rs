@@ -34,7 +34,7 @@ pub enum SlideStop {
     End,
     /// A joint.
     Joint,
-    /// Another constraint, a load, or a held end.
+    /// Another constraint, a load, a held end, or a change of section.
     Constraint,
 }
 
@@ -115,7 +115,7 @@ impl SlidingTerm {
                 let last = [0, mesh.segments()][side];
                 let here = Place::Node { branch: site.branch, node: last };
                 let held = system.acting().any(|(_, constraint)| constraint.places.contains(&here));
-                least[side] = (LEAST_LENGTH * branch.section.diameter)
+                least[side] = (LEAST_LENGTH * branch.sections.of(site.node).diameter)
                     .min(LEAST_FRACTION * mesh.rest_lengths[sides[side].clone()].iter().sum::<f64>());
                 if neighbours[side] != last {
                     continue;

@@ -2,14 +2,15 @@
 
 use super::document::{
     ArmFriction, Branch, BranchError, Clearance, Constraint, Deviation, DeviationCause, Document, Energy, Event, Fault,
-    Friction, Increment, Joint, Marker, Minimiser, Obstacle, Operation, Place, Plugin, Requirement, Sheet, Slide, Span,
-    Station, Step, TightestBend, Violation,
+    Friction, Increment, Joint, Marker, Minimiser, Obstacle, Operation, Place, Plugin, Requirement, SectionPart, Sheet,
+    Slide, Span, Station, Step, TightestBend, Violation,
 };
 use super::provenance::Provenance;
 use super::values::{Entries, FieldsFile, Number, Schema, Vector3, Word, quaternion, rotation, vector, written};
 use crate::fields::BranchFields;
 use wireloom_core::requirement::Measure;
 use wireloom_core::rotation::{columns, frame_from};
+use wireloom_core::sections::SectionResult;
 use wireloom_core::{Pose, Rotation, Status, Vector, equilibrium as core};
 
 /// Why something that has the form of a result cannot be one.
@@ -349,6 +350,7 @@ impl Branch<Vec<Vector3>> {
             diameter: Number(branch.diameter),
             bend_radius_limit: branch.bend_radius_limit.map(Number),
             axial_stiffness: Number(branch.axial_stiffness),
+            sections: branch.sections.iter().map(SectionPart::of).collect(),
             nodes: Some(branch.s.len()),
             strain: None,
             s: None,
@@ -379,6 +381,7 @@ impl Branch<Vec<Vector3>> {
             diameter: self.diameter.0,
             bend_radius_limit: self.bend_radius_limit.map(number),
             axial_stiffness: self.axial_stiffness.0,
+            sections: self.sections.into_iter().map(SectionPart::part).collect(),
             strain: self.strain.map(numbers),
             s: numbers(s),
             position: vectors(position),
@@ -392,6 +395,30 @@ impl Branch<Vec<Vector3>> {
             deviation: self.deviation.map(Deviation::deviation),
             friction,
         })
+    }
+}
+
+impl SectionPart {
+    fn of(part: &SectionResult) -> Self {
+        Self {
+            section: part.section.clone(),
+            from: Number(part.from),
+            to: Number(part.to),
+            diameter: Number(part.diameter),
+            bend_radius_limit: part.bend_radius_limit.map(Number),
+            axial_stiffness: Number(part.axial_stiffness),
+        }
+    }
+
+    fn part(self) -> SectionResult {
+        SectionResult {
+            section: self.section,
+            from: self.from.0,
+            to: self.to.0,
+            diameter: self.diameter.0,
+            bend_radius_limit: self.bend_radius_limit.map(number),
+            axial_stiffness: self.axial_stiffness.0,
+        }
     }
 }
 

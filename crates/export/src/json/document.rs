@@ -205,6 +205,8 @@ pub struct Branch<V> {
     #[serde(deserialize_with = "nullable")]
     pub bend_radius_limit: Option<Number>,
     pub axial_stiffness: Number,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<SectionPart>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<Vec<Number>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -230,6 +232,19 @@ pub struct Branch<V> {
     pub deviation: Option<Deviation>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
+}
+
+/// A part of a branch with a section of its own; m, N.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SectionPart {
+    pub section: String,
+    pub from: Number,
+    pub to: Number,
+    pub diameter: Number,
+    #[serde(deserialize_with = "nullable")]
+    pub bend_radius_limit: Option<Number>,
+    pub axial_stiffness: Number,
 }
 
 /// Distance of a branch from its drawn centre line, m; `s` and `cause`: where it is largest, and why.

@@ -43,36 +43,38 @@ pub fn draw(page: &mut Svg, step: &StepResult, limits: &Limits, panel: &Panel) {
     page.close();
 }
 
-/// Line width of a branch, page units.
-pub fn line_width(branch: &BranchResult, scale: f64) -> f64 {
-    (2.0 * radius(branch.diameter) * scale).max(THINNEST)
+/// Line width of a cable with this diameter (m), page units.
+pub fn line_width(diameter: f64, scale: f64) -> f64 {
+    (2.0 * radius(diameter) * scale).max(THINNEST)
 }
 
 /// Cuts a branch where its colour changes, where a piece becomes long, and where a node cannot be drawn.
 fn cut(branch: &BranchResult, limits: &Limits, panel: &Panel, pieces: &mut Vec<Piece>) {
-    let width = line_width(branch, panel.scale);
     let last = branch.position.len().saturating_sub(1);
     let mut open: Option<Run> = None;
     for j in 0..last {
         let [a, b] = [&branch.position[j], &branch.position[j + 1]];
         if !visible(a) || !visible(b) {
-            pieces.extend(open.take().map(|run| run.finish(width)));
+            pieces.extend(open.take().map(Run::finish));
             continue;
         }
         let paint = Paint::of(branch, j, limits);
-        if open.as_ref().is_some_and(|run| run.paint != paint || run.length > LONGEST_PIECE) {
-            pieces.extend(open.take().map(|run| run.finish(width)));
+        let width = line_width(branch.diameter_at(j).min(branch.diameter_at(j + 1)), panel.scale);
+        let goes_on = |run: &Run| run.paint == paint && run.width == width && run.length <= LONGEST_PIECE;
+        if !open.as_ref().is_some_and(goes_on) {
+            pieces.extend(open.take().map(Run::finish));
         }
         let nearness = panel.view.nearness(a);
-        let run = open.get_or_insert_with(|| Run::start(panel.place(a), nearness, paint));
+        let run = open.get_or_insert_with(|| Run::start(panel.place(a), nearness, (paint, width)));
         run.go_to(panel.place(b), panel.view.nearness(b));
     }
-    pieces.extend(open.take().map(|run| run.finish(width)));
+    pieces.extend(open.take().map(Run::finish));
 }
 
 /// A piece that is not complete.
 struct Run {
     paint: Paint,
+    width: f64,
     points: Vec<[f64; 2]>,
     /// The last node, where it was too near to be drawn.
     pending: Option<[f64; 2]>,
@@ -82,8 +84,8 @@ struct Run {
 }
 
 impl Run {
-    fn start(at: [f64; 2], nearness: f64, paint: Paint) -> Self {
-        Self { paint, points: vec![at], pending: None, length: 0.0, nearness, nodes: 1.0 }
+    fn start(at: [f64; 2], nearness: f64, (paint, width): (Paint, f64)) -> Self {
+        Self { paint, width, points: vec![at], pending: None, length: 0.0, nearness, nodes: 1.0 }
     }
 
     fn go_to(&mut self, to: [f64; 2], nearness: f64) {
@@ -100,9 +102,9 @@ impl Run {
         self.nodes += 1.0;
     }
 
-    fn finish(mut self, width: f64) -> Piece {
+    fn finish(mut self) -> Piece {
         self.points.extend(self.pending);
-        Piece { nearness: self.nearness / self.nodes, width, paint: self.paint, points: self.points }
+        Piece { nearness: self.nearness / self.nodes, width: self.width, paint: self.paint, points: self.points }
     }
 }
 

@@ -51,12 +51,13 @@ impl Paint {
             return Paint::Strained;
         }
         let curvature = |i: usize| 1.0 / branch.bend_radius[i];
-        let k = curvature(j).max(curvature(j + 1));
+        let use_of_limit = |i: usize| branch.bend_radius_limit_at(i).map(|limit| limit * curvature(i));
+        let bend = |i: usize| branch.diameter_at(i) * curvature(i);
         let step = |share: f64| (share.clamp(0.0, 1.0) * f64::from(STEPS)).round() as u16;
-        match branch.bend_radius_limit {
-            Some(limit) if limit * k > 1.0 => Paint::Over,
-            Some(limit) => Paint::Limited(step(limit * k)),
-            None => Paint::Neutral(step(branch.diameter * k / NEUTRAL_FULL)),
+        match [j, j + 1].into_iter().filter_map(use_of_limit).reduce(f64::max) {
+            Some(share) if share > 1.0 => Paint::Over,
+            Some(share) => Paint::Limited(step(share)),
+            None => Paint::Neutral(step(bend(j).max(bend(j + 1)) / NEUTRAL_FULL)),
         }
     }
 

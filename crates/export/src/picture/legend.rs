@@ -9,6 +9,7 @@ use super::marks::{Kind, Marks, symbol};
 use super::svg::{Anchor, Svg, Text, fitted, length, significant};
 use super::view::Scene;
 use wireloom_core::StepResult;
+use wireloom_core::equilibrium::BranchResult;
 
 /// A colour bar.
 const BAR: [f64; 2] = [170.0, 11.0];
@@ -21,6 +22,11 @@ const ROW: f64 = 14.0;
 /// Largest number of constraints in the table.
 const ROWS: usize = 16;
 
+/// Whether some part of a branch may bend as tightly as it will.
+fn is_unlimited(branch: &BranchResult) -> bool {
+    branch.bend_radius_limit.is_none() || branch.sections.iter().any(|part| part.bend_radius_limit.is_none())
+}
+
 pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, limits: &Limits, layout: &Layout) {
     let ([x, top], [width, height]) = layout.legend;
     let mut y = top;
@@ -28,7 +34,7 @@ pub fn draw(page: &mut Svg, step: &StepResult, scene: &Scene, marks: &Marks, lim
     if step.branches.iter().any(|branch| branch.bend_radius_limit.is_some()) {
         y = limited_bar(page, x, y);
     }
-    if step.branches.iter().any(|branch| branch.bend_radius_limit.is_none()) {
+    if step.branches.iter().any(is_unlimited) {
         y = neutral_bar(page, x, y);
     }
     if limits.show(&step.branches) {
@@ -141,7 +147,7 @@ fn scale_bar(page: &mut Svg, x: f64, y: f64, layout: &Layout) -> f64 {
 
 fn remarks(step: &StepResult, scene: &Scene, marks: &Marks, layout: &Layout) -> Vec<String> {
     let mut lines = Vec::new();
-    let thin = step.branches.iter().any(|branch| line_width(branch, layout.scale) <= THINNEST);
+    let thin = step.branches.iter().any(|branch| line_width(branch.diameter, layout.scale) <= THINNEST);
     lines.push(if thin {
         format!("lines: true diameter, at least {}", length(THINNEST / layout.scale))
     } else {

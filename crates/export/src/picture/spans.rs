@@ -26,7 +26,7 @@ pub fn draw(page: &mut Svg, step: &StepResult, panel: &Panel) {
             Some((branch, along(branch, span.range)))
         });
         if let Some((branch, points)) = of_span {
-            let width = number(line_width(branch, panel.scale) + RIM);
+            let width = number(line_width(branch.diameter, panel.scale) + RIM);
             let style = format!("stroke=\"{INK}\" stroke-opacity=\"0.25\" stroke-width=\"{width}\"");
             polyline(page, constraint, "span", &points, &style, panel);
         }

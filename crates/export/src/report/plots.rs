@@ -7,6 +7,7 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use wireloom_core::equilibrium::BranchResult;
+use wireloom_core::sections::SectionResult;
 
 const SIZE: (u32, u32) = (560, 230);
 /// The last curve is drawn over the others.
@@ -17,17 +18,29 @@ const LIMIT: RGBColor = RGBColor(0x8b, 0x00, 0x19);
 /// End of the axis of bend radii, in units of the smallest one (or the limit).
 const STRAIGHT: f64 = 30.0;
 
-/// Bend radius (mm, on a logarithmic scale) along each curve, the last one on top, and the limit (m).
-pub fn bend_radius(curves: &[&BranchResult], limit: Option<f64>) -> String {
+/// Bend radius (mm, on a logarithmic scale) along each curve, the last one on top, and its limits.
+pub fn bend_radius(curves: &[&BranchResult]) -> String {
+    let limits = curves.last().map_or_else(Vec::new, |branch| limits_of(branch));
+    let limit = limits.iter().map(|[_, _, limit]| *limit).reduce(f64::max);
     let all = || curves.iter().flat_map(|branch| &branch.bend_radius).copied().filter(|r| r.is_finite() && *r > 0.0);
-    let least = limit.into_iter().chain(all()).fold(f64::INFINITY, f64::min);
+    let least = limits.iter().map(|[_, _, limit]| *limit).chain(all()).fold(f64::INFINITY, f64::min);
     // Straight everywhere and without limit: any scale will do.
     let least = if least.is_finite() { 1e3 * least } else { 1e3 };
     let most = STRAIGHT * limit.map_or(least, |limit| (1e3 * limit).max(least));
     let values = |branch: &BranchResult| -> Vec<f64> {
         branch.bend_radius.iter().map(|r| if r.is_nan() { most } else { (1e3 * r).clamp(0.5 * least, most) }).collect()
     };
-    draw(&lines(curves, values), (0.8 * least..most).log_scale(), &short, limit.map(|limit| 1e3 * limit))
+    draw(&lines(curves, values), (0.8 * least..most).log_scale(), &short, &limits)
+}
+
+/// Arc lengths between which a smallest bend radius is allowed, and that radius, m.
+fn limits_of(branch: &BranchResult) -> Vec<[f64; 3]> {
+    if branch.sections.is_empty() {
+        let end = branch.s.last().copied().unwrap_or_default();
+        return branch.bend_radius_limit.map(|limit| [0.0, end, limit]).into_iter().collect();
+    }
+    let part = |part: &SectionResult| part.bend_radius_limit.map(|limit| [part.from, part.to, limit]);
+    branch.sections.iter().filter_map(part).collect()
 }
 
 /// Bend radius (mm, on a logarithmic scale) along several shapes of a branch, each in its colour (`#rrggbb`).
@@ -42,7 +55,7 @@ pub fn bend_radii(curves: &[(&BranchEnd, &str)]) -> String {
         Line { points, colour: rgb(colour) }
     };
     let lines: Vec<Line> = curves.iter().map(line).collect();
-    draw(&lines, (0.8 * least..most).log_scale(), &short, None)
+    draw(&lines, (0.8 * least..most).log_scale(), &short, &[])
 }
 
 /// A curve and its colour.
@@ -77,11 +90,11 @@ pub fn tension(curves: &[&BranchResult]) -> String {
     let margin = (0.08 * (high - low)).max(1e-3);
     // Two digits more than the size of the range has.
     let digits = (1.5 - (high - low + margin).log10()).ceil().clamp(0.0, 9.0) as usize;
-    draw(&lines(curves, values), low - margin..high + margin, &|t| fixed(t, digits), None)
+    draw(&lines(curves, values), low - margin..high + margin, &|t| fixed(t, digits), &[])
 }
 
-/// Curves over s (mm).
-fn draw<Y>(lines: &[Line], y: Y, words: &dyn Fn(f64) -> String, limit: Option<f64>) -> String
+/// Curves over s (mm), and limits between two arc lengths, m.
+fn draw<Y>(lines: &[Line], y: Y, words: &dyn Fn(f64) -> String, limits: &[[f64; 3]]) -> String
 where
     Y: AsRangedCoord<Value = f64>,
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -108,8 +121,8 @@ where
             .y_label_formatter(&|y| words(*y))
             .draw()
             .map_err(|error| error.to_string())?;
-        if let Some(limit) = limit {
-            let line = [(0.0, limit), (length, limit)];
+        for [from, to, limit] in limits.iter().map(|own| own.map(|metres| 1e3 * metres)) {
+            let line = [(from, limit), (to, limit)];
             chart
                 .draw_series(DashedLineSeries::new(line, 6, 4, LIMIT.stroke_width(2)))
                 .map_err(|error| error.to_string())?;

@@ -47,6 +47,7 @@ pub fn branch(
         diameter,
         bend_radius_limit: limit,
         axial_stiffness: 1e4,
+        sections: Vec::new(),
         strain: None,
         force: (0..=segments).map(|i| v(1.5, 0.1 / 3.0, -at(i))).collect(),
         moment: (0..=segments).map(|i| v(0.0, 0.02 * at(i), 1e-300)).collect(),

@@ -6,16 +6,16 @@
 use crate::kernel::{SegmentStiffness, Stencil};
 use crate::rods::nonlinear::with_given;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
-use wireloom_core::Vector;
 use wireloom_core::constitutive::{ConstitutiveLaws, ConstitutiveSpec};
 use wireloom_core::registry::{BuildError, ConstitutiveKind, RodKind};
 use wireloom_core::rod::{RodSegment, RodSpec};
+use wireloom_core::{Section, Vector};
 
 /// The kind of rods with the laws of a kind.
 pub fn kind(laws: ConstitutiveKind) -> RodKind {
     let ConstitutiveKind { name, doc, parameters, build } = laws;
     let build = Box::new(move |spec: &RodSpec, values: &_| {
-        let (name, section) = (spec.name.clone(), spec.section.clone());
+        let (name, section) = (spec.name.clone(), spec.only_section()?.clone());
         let of_laws = ConstitutiveSpec { name, section, length: spec.mesh.length(), curvature: spec.curvature };
         let laws = *build(&of_laws, values)?;
         if laws.stretch.as_ref().is_some_and(|law| law.memory() > 0) {
@@ -36,11 +36,11 @@ pub fn rod(spec: RodSpec, laws: ConstitutiveLaws) -> Box<dyn RodSegment> {
 /// The stiffness of the part that is linear.
 fn stiffness(spec: &RodSpec, laws: &ConstitutiveLaws) -> Stiffness {
     let linear = |given: bool, stiffness: Vector| if given { Vector::zeros() } else { stiffness };
-    let segment = linear(laws.stretch.is_some(), spec.section.stretch_diagonal());
-    let coupling = linear(laws.bend.is_some(), spec.section.bend_diagonal());
+    let of_segment = |j: usize| linear(laws.stretch.is_some(), spec.sections.of(j).stretch_diagonal());
+    let of_coupling = |section: &Section| linear(laws.bend.is_some(), section.bend_diagonal());
     Stiffness {
-        segments: vec![SegmentStiffness { c: segment, overturned: 0.0 }; spec.mesh.segments()],
-        couplings: vec![coupling; spec.mesh.coupling_lengths.len()],
+        segments: (0..spec.mesh.segments()).map(|j| SegmentStiffness { c: of_segment(j), overturned: 0.0 }).collect(),
+        couplings: spec.of_couplings().map(of_coupling).collect(),
         blends: [Stencil::END.station, Stencil::INNER.station],
         variation: if laws.bend.is_some() { 0.0 } else { 1.0 },
     }

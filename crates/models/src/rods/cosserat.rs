@@ -3,6 +3,7 @@
 use crate::kernel::{SegmentStiffness, Stencil};
 use crate::rods::nonlinear::with_laws;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
+use wireloom_core::Section;
 use wireloom_core::registry::RodKind;
 use wireloom_core::rod::RodSpec;
 
@@ -12,7 +13,7 @@ pub fn kind() -> RodKind {
         name: "cosserat".into(),
         doc: "geometrically exact rod: stretch, shear, bending and twist; fourth order in the segment length".into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(with_laws(spec, rod(spec.clone())))),
+        build: Box::new(|spec, _| with_laws(spec, rod(spec.clone()))),
     }
 }
 
@@ -25,11 +26,11 @@ pub fn rod(spec: RodSpec) -> StaggeredRod {
 /// The stiffness of every part of a branch that is linear. Where bending or torsion is not, the scheme is of second
 /// order.
 pub fn stiffness(spec: &RodSpec) -> Stiffness {
-    let segment = SegmentStiffness { c: spec.section.linear_stretch_diagonal(), overturned: 0.0 };
+    let segment = |section: &Section| SegmentStiffness { c: section.linear_stretch_diagonal(), overturned: 0.0 };
     Stiffness {
-        segments: vec![segment; spec.mesh.segments()],
-        couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
+        segments: (0..spec.mesh.segments()).map(|j| segment(spec.sections.of(j))).collect(),
+        couplings: spec.of_couplings().map(Section::lasting_diagonal).collect(),
         blends: [Stencil::END.station, Stencil::INNER.station],
-        variation: if spec.section.bends_linearly() { 1.0 } else { 0.0 },
+        variation: if spec.sections.iter().all(Section::bends_linearly) { 1.0 } else { 0.0 },
     }
 }

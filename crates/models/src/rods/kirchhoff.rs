@@ -47,21 +47,27 @@ pub fn kind() -> RodKind {
               looked at; second order in the segment length, with a small constant"
             .into(),
         parameters: vec![],
-        build: Box::new(|spec, _| Ok(with_laws(spec, StaggeredRod::new(spec.clone(), stiffness(spec))))),
+        build: Box::new(|spec, _| with_laws(spec, StaggeredRod::new(spec.clone(), stiffness(spec)))),
     }
 }
 
 fn stiffness(spec: &RodSpec) -> Stiffness {
     Stiffness {
-        segments: spec.mesh.rest_lengths.iter().map(|l| aligned(&spec.section, *l)).collect(),
-        couplings: vec![spec.section.lasting_diagonal(); spec.mesh.coupling_lengths.len()],
+        segments: aligned_segments(spec),
+        couplings: spec.of_couplings().map(Section::lasting_diagonal).collect(),
         blends: [Stencil::END.station, Stencil::INNER.station],
-        variation: if spec.section.bends_linearly() { 1.0 + 12.0 / ALIGNMENT } else { 0.0 },
+        variation: if spec.sections.iter().all(Section::bends_linearly) { 1.0 + 12.0 / ALIGNMENT } else { 0.0 },
     }
 }
 
+/// The stiffness of every segment.
+pub(super) fn aligned_segments(spec: &RodSpec) -> Vec<SegmentStiffness> {
+    let lengths = spec.mesh.rest_lengths.iter().enumerate();
+    lengths.map(|(j, length)| aligned(spec.sections.of(j), *length)).collect()
+}
+
 /// diag(A1, A2, EA) and what keeps edges from being overturned, of a segment of this length (m).
-pub(super) fn aligned(section: &Section, length: f64) -> SegmentStiffness {
+fn aligned(section: &Section, length: f64) -> SegmentStiffness {
     let [a2, a1] = section.bending_stiffness.map(|ei| ALIGNMENT * ei / (length * length));
     SegmentStiffness { c: Vector::new(a1, a2, section.linear_stretch_diagonal().z), overturned: a1.max(a2) }
 }

@@ -13,11 +13,11 @@
 //! with 40, 80 and 160 segments a branch is 5 to 36 mm, 2.4 to 21 mm and 1.2 to 12 mm; that of `cosserat` and
 //! `kirchhoff` is 0.02 to 0.5 mm with 40, a quarter of it with 80 and a sixteenth with 160.
 
-use crate::rods::kirchhoff::aligned;
+use crate::rods::kirchhoff::aligned_segments;
 use crate::rods::staggered::{StaggeredRod, Stiffness};
-use wireloom_core::Vector;
 use wireloom_core::registry::{BuildError, RodKind};
 use wireloom_core::rod::RodSpec;
+use wireloom_core::{Section, Vector};
 
 /// The kind `mass-spring`.
 pub fn kind() -> RodKind {
@@ -28,10 +28,10 @@ pub fn kind() -> RodKind {
             .into(),
         parameters: vec![],
         build: Box::new(|spec, _| {
-            let section = &spec.section;
-            if section.bends_linearly() && section.laws.axial.is_none() {
+            let linear = |section: &&Section| section.bends_linearly() && section.laws.axial.is_none();
+            let Some(section) = spec.sections.iter().find(|section| !linear(section)) else {
                 return Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))));
-            }
+            };
             let has = section.nonlinear_keys().join(", ");
             let message = format!("its section \"{}\" has {has}, a mass-spring chain is linear", section.name);
             Err(BuildError::new(message, "rod = \"cosserat\" and rod = \"kirchhoff\" have them").at("rod"))
@@ -40,17 +40,15 @@ pub fn kind() -> RodKind {
 }
 
 fn stiffness(spec: &RodSpec) -> Stiffness {
-    let (section, mesh) = (&spec.section, &spec.mesh);
-    let [ei1, ei2] = section.bending_stiffness;
-    let mean = 0.5 * (ei1 + ei2);
-    let c = Vector::new(mean, mean, section.torsion_stiffness);
+    let mesh = &spec.mesh;
+    let spring = |section: &Section| {
+        let [ei1, ei2] = section.bending_stiffness;
+        let mean = 0.5 * (ei1 + ei2);
+        Vector::new(mean, mean, section.torsion_stiffness)
+    };
     // E = ½ λ (κ−κ°)ᵀ C (κ−κ°) over λ = ℓ/2 beside a station: half of C makes it a spring of C/ℓ.
     let beside_station = |c: usize| [c, c + 1].iter().any(|frame| mesh.station_frames.binary_search(frame).is_ok());
-    let couplings = (0..mesh.coupling_lengths.len()).map(|k| if beside_station(k) { c * 0.5 } else { c }).collect();
-    Stiffness {
-        segments: mesh.rest_lengths.iter().map(|l| aligned(section, *l)).collect(),
-        couplings,
-        blends: [0.0, 0.0],
-        variation: 0.0,
-    }
+    let couplings = spec.of_couplings().map(spring).enumerate();
+    let couplings = couplings.map(|(k, c)| if beside_station(k) { c * 0.5 } else { c }).collect();
+    Stiffness { segments: aligned_segments(spec), couplings, blends: [0.0, 0.0], variation: 0.0 }
 }

@@ -11,7 +11,7 @@ use wireloom_core::law::RodLaw;
 use wireloom_core::rod::{BranchHessian, BranchShape, Mesh, RodEnergy, RodSegment, RodSpec};
 use wireloom_core::section::AxialLaw;
 use wireloom_core::terms::slope::Contradiction;
-use wireloom_core::{Matrix, Rotation, Vector};
+use wireloom_core::{BuildError, Matrix, Rotation, Section, Vector};
 
 /// One branch that is not linear.
 pub struct NonlinearRod {
@@ -25,13 +25,21 @@ pub struct NonlinearRod {
 
 /// A rod of the stiffness that is linear and lasts ([`wireloom_core::Section::lasting_diagonal`],
 /// [`wireloom_core::Section::linear_stretch_diagonal`]), and beside it the other laws of its section.
-pub fn with_laws(spec: &RodSpec, linear: StaggeredRod) -> Box<dyn RodSegment> {
-    let couplings = (!spec.section.bends_linearly()).then(|| CouplingLaw::of(&spec.section));
-    let axial = spec.section.laws.axial.clone();
-    if couplings.is_none() && axial.is_none() {
-        return Box::new(linear);
+///
+/// # Errors
+/// If such a section is one of several along the branch.
+pub fn with_laws(spec: &RodSpec, linear: StaggeredRod) -> Result<Box<dyn RodSegment>, BuildError> {
+    let nonlinear = |section: &&Section| !section.bends_linearly() || section.laws.axial.is_some();
+    let Some(section) = spec.sections.iter().find(nonlinear) else { return Ok(Box::new(linear)) };
+    if spec.sections.only().is_none() {
+        let has = section.nonlinear_keys().join(", ");
+        let message = format!("its section changes along it, and \"{}\" has {has}", section.name);
+        let help = "divide the branch at the change, with a joint of the model \"fused\" there";
+        return Err(BuildError::new(message, help).at("sections"));
     }
-    Box::new(NonlinearRod { linear, couplings, axial, given: ConstitutiveLaws::default() })
+    let couplings = (!section.bends_linearly()).then(|| CouplingLaw::of(section));
+    let axial = section.laws.axial.clone();
+    Ok(Box::new(NonlinearRod { linear, couplings, axial, given: ConstitutiveLaws::default() }))
 }
 
 /// A rod with these laws, and beside it what is linear.

@@ -27,7 +27,7 @@ from ._errors import (
     ScenarioError,
 )
 from ._example import EXAMPLE
-from ._run import Branch, Constraint, Event, Joint, Moment, Place, Requirement, Run, Step, Table
+from ._run import Branch, Constraint, Event, Joint, Moment, Place, Requirement, Run, SectionPart, Step, Table
 from ._scenario import Scenario, from_dict, load, loads
 from ._session import Session
 from ._slurm import slurm
@@ -62,6 +62,7 @@ __all__ = [
     "Run",
     "Scenario",
     "ScenarioError",
+    "SectionPart",
     "Sensitivities",
     "Session",
     "Step",

@@ -202,7 +202,7 @@ class Harness(_Constraints):
             length: unstressed length, m.
             segments: their number, or
             max_segment: their greatest length, m.
-            **keys: other keys, such as `rod` and `curvature`.
+            **keys: other keys, such as `rod`, `curvature` and `sections`, its parts with another section.
         """
         mesh = _given(segments=segments, max_segment=max_segment)
         own = {"name": name, "from": start, "to": end, "section": section, "length": length}

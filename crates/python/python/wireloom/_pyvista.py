@@ -28,7 +28,7 @@ def poly_data(step: Step) -> _PolyData:
     mesh.lines = np.concatenate(lines)
     for name in FIELDS:
         mesh.point_data[name] = np.concatenate([getattr(branch, name) for branch in branches])
-    mesh.point_data["radius"] = np.repeat([0.5 * branch.diameter for branch in branches], counts)
+    mesh.point_data["radius"] = np.concatenate([0.5 * branch.diameters for branch in branches])
     mesh.cell_data["branch"] = np.arange(len(branches))
     mesh.field_data["branches"] = [branch.name for branch in branches]
     return mesh

@@ -151,6 +151,10 @@ class Joint:
 _Row = TypeVar("_Row")
 
 
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
 class Table(Generic[_Row]):
     """Rows of a result, which are also a table of Arrow: pandas (`DataFrame.from_arrow`), polars, pyarrow (`table`) and
     DuckDB take it by Arrow's PyCapsule interface. None of them is a dependency.
@@ -198,6 +202,24 @@ class Table(Generic[_Row]):
         return self._table.__arrow_c_stream__(requested_schema)
 
 
+@dataclass(frozen=True)
+class SectionPart:
+    """A part of a branch with a section of its own."""
+
+    section: str
+    """Name of the section."""
+    start: float
+    """Arc length where it begins, m."""
+    end: float
+    """Arc length where it ends, m."""
+    diameter: float
+    """Diameter, m."""
+    bend_radius_limit: float | None
+    """Smallest bend radius allowed, m."""
+    axial_stiffness: float
+    """EA, N."""
+
+
 class Branch:
     """A branch of an equilibrium. Arrays have one row for each of its n nodes, in world axes.
 
@@ -220,18 +242,43 @@ class Branch:
 
     @property
     def diameter(self) -> float:
-        """Diameter, m."""
+        """Diameter, m; the greatest one where the section changes."""
         return self._handle.diameter
 
     @property
     def bend_radius_limit(self) -> float | None:
-        """Smallest bend radius allowed, m."""
+        """Smallest bend radius allowed, m; the greatest one where the section changes."""
         return self._handle.bend_radius_limit
 
     @property
     def axial_stiffness(self) -> float:
-        """EA, N."""
+        """EA, N, at the start."""
         return self._handle.axial_stiffness
+
+    @property
+    def sections(self) -> tuple[SectionPart, ...]:
+        """The parts with a section of their own, from start to end; empty where the section does not change."""
+        return tuple(SectionPart(*part) for part in self._handle.sections)
+
+    @property
+    def diameters(self) -> Array:
+        """Diameter at each node, m, shape (n,); where two sections meet, the greater one."""
+        return self._of_sections([part.diameter for part in self.sections], self.diameter)
+
+    @property
+    def bend_radius_limits(self) -> Array:
+        """Smallest bend radius allowed at each node, m, shape (n,); NaN where there is none, and the greater one where
+        two sections meet."""
+        limits = [_or_nan(part.bend_radius_limit) for part in self.sections]
+        return self._of_sections(limits, _or_nan(self.bend_radius_limit))
+
+    def _of_sections(self, values: Sequence[float], everywhere: float) -> Array:
+        """A value of each part at the nodes."""
+        if not values:
+            return np.full(len(self), everywhere)
+        ends = [part.end for part in self.sections[:-1]]
+        before, after = (np.array(values)[np.searchsorted(ends, self.s, side=side)] for side in ("left", "right"))
+        return np.fmax(before, after)
 
     @property
     def twist_turns(self) -> float:

@@ -49,8 +49,8 @@ def write(run: Run, path: str | os.PathLike[str]) -> None:
             points = Vt.Vec3fArray.FromNumpy(branch.position.astype("float32"))
             own.CreateCurveVertexCountsAttr().Set(Vt.IntArray([len(branch)]), time)
             own.CreatePointsAttr().Set(points, time)
-            own.CreateWidthsAttr().Set(Vt.FloatArray([branch.diameter]), time)
-            own.SetWidthsInterpolation(UsdGeom.Tokens.constant)
+            own.CreateWidthsAttr().Set(Vt.FloatArray.FromNumpy(branch.diameters.astype("float32")), time)
+            own.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
             low, high = branch.position.min(axis=0), branch.position.max(axis=0)
             reach = 0.5 * branch.diameter
             extent = [Gf.Vec3f(*map(float, low - reach)), Gf.Vec3f(*map(float, high + reach))]

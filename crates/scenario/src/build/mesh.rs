@@ -1,13 +1,13 @@
 //! The mesh: divides branches into segments such that everything attaches to a node.
 
 use crate::attachment::{At, Stretch};
-use crate::scenario::{Branch, Division, Load, Scenario};
+use crate::scenario::{Branch, Division, Load, Scenario, SectionPart};
 use std::collections::BTreeSet;
+use wireloom_core::Sections;
 use wireloom_core::load::LoadAction;
 use wireloom_core::network::{NodeRange, Place};
+use wireloom_core::sections::SectionSpan;
 
-/// Attachments closer than this, relative to the branch, share a node.
-const COINCIDENT: f64 = 1e-9;
 /// Fractions of a span that differ by less than this are the same.
 const SAME_SHARE: f64 = 1e-12;
 
@@ -40,6 +40,11 @@ impl Divided {
 }
 
 impl Scenario {
+    /// The greatest diameter of a branch, m.
+    pub fn diameter(&self, branch: &Branch) -> f64 {
+        branch.sections().map(|section| self.sections[section].diameter).fold(0.0, f64::max)
+    }
+
     /// Gives every branch the mesh of the same branch of `other`: as many segments in each span between attachments,
     /// with the same shares of it, whatever the lengths are now. Returns whether the mesh changes by this. Where
     /// attachments have come to coincide or have separated the division of the branch decides.
@@ -72,14 +77,18 @@ impl Layout {
     pub fn new(scenario: &Scenario, coarser: usize) -> Self {
         let of_constraints = scenario.constraints.iter().flat_map(|constraint| constraint.places());
         let places = of_constraints.chain(scenario.loads.iter().flat_map(Load::places));
-        let attachments = by_branch(scenario, places);
+        let mut attachments = by_branch(scenario, places);
+        let changes =
+            |branch: &Branch| -> Vec<f64> { branch.section_spans().iter().skip(1).map(|span| span.range[0]).collect() };
+        for (own, branch) in attachments.iter_mut().zip(&scenario.branches) {
+            own.extend(changes(branch));
+        }
         let sliding = scenario.constraints.iter().filter(|constraint| constraint.slide.is_some());
         let sliding = by_branch(scenario, sliding.map(|constraint| constraint.place()));
         let branches = scenario.branches.iter().zip(attachments).zip(&sliding);
         let branches: Vec<Divided> = branches
             .map(|((branch, attachments), sliding)| {
-                let diameter = scenario.sections[branch.section].diameter;
-                divide((branch, diameter), attachments, sliding, coarser)
+                divide((branch, scenario.diameter(branch)), attachments, sliding, coarser)
             })
             .collect();
         let mut layout = Self { stations: vec![BTreeSet::new(); branches.len()], branches };
@@ -92,7 +101,21 @@ impl Layout {
                 layout.stations[branch].insert(node);
             }
         }
+        for (b, branch) in scenario.branches.iter().enumerate() {
+            let nodes = changes(branch).into_iter().map(|s| layout.branches[b].node(s));
+            layout.stations[b].extend(nodes);
+        }
         layout
+    }
+
+    /// The sections of a branch, by segments.
+    pub fn sections(&self, scenario: &Scenario, branch: usize) -> Sections {
+        let own = &self.branches[branch];
+        let span = |span: &SectionPart| SectionSpan {
+            section: scenario.sections[span.section].clone(),
+            segments: own.node(span.range[0])..own.node(span.range[1]),
+        };
+        Sections::new(scenario.branches[branch].section_spans().iter().map(span).collect())
     }
 
     /// The nodes of a span.
@@ -131,13 +154,13 @@ fn divide((branch, diameter): (&Branch, f64), mut attachments: Vec<f64>, sliding
     let mut breaks = vec![0.0];
     for s in attachments {
         let last = breaks[breaks.len() - 1];
-        if s - last > COINCIDENT * length && length - s > COINCIDENT * length {
+        if s - last > Branch::COINCIDENT * length && length - s > Branch::COINCIDENT * length {
             breaks.push(s);
         }
     }
     breaks.push(length);
     let spans: Vec<f64> = breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= COINCIDENT * length);
+    let slides = |s: &f64| sliding.iter().any(|other| (other - s).abs() <= Branch::COINCIDENT * length);
     let least: Vec<usize> = breaks.windows(2).map(|pair| 1 + usize::from(pair.iter().any(slides))).collect();
     if branch.shares.len() == spans.len() {
         return shared(&branch.shares, &breaks, coarser);
@@ -191,7 +214,7 @@ fn shared(shares: &[Vec<f64>], breaks: &[f64], coarser: usize) -> Divided {
 
 /// Divides spans between `breaks` (m) at these nodes (m); uniformly where they are fewer than `least` asks for.
 fn kept(nodes: &[f64], breaks: &[f64], least: &[usize], coarser: usize) -> Divided {
-    let near = COINCIDENT * breaks[breaks.len() - 1];
+    let near = Branch::COINCIDENT * breaks[breaks.len() - 1];
     let (mut marks, mut rest_lengths) = (vec![(0.0, 0)], Vec::new());
     for (span, least) in breaks.windows(2).zip(least) {
         let [from, to] = [span[0], span[1]];

@@ -191,7 +191,7 @@ impl Scenario {
                 rest: arm.rest,
                 offset: arm.offset,
                 spring: arm.spring.clone(),
-                section: self.sections[branch.section].clone(),
+                section: self.sections[branch.end_section(arm.starts_here)].clone(),
                 curvature: branch.curvature,
                 length: branch.length,
                 segment_length: if arm.starts_here { lengths[0] } else { lengths[lengths.len() - 1] },
@@ -200,7 +200,8 @@ impl Scenario {
         JointSpec { name: joint.name.clone(), arms: arms.collect(), wires: joint.wires.clone() }
     }
 
-    /// Rods on meshes with stations at both ends (except ends that meet others in a point) and at attachments.
+    /// Rods on meshes with stations at both ends (except ends that meet others in a point), at attachments, and where
+    /// sections change.
     fn branch_plans(
         &self,
         layout: &Layout,
@@ -226,16 +227,16 @@ impl Scenario {
                     stations.insert(node);
                 }
             }
-            let section = self.sections[branch.section].clone();
+            let sections = layout.sections(self, index);
             let mesh = Mesh::new(rest_lengths, stations.into_iter().collect());
             let (name, curvature) = (branch.name.clone(), branch.curvature);
-            let spec = RodSpec { name, section: section.clone(), mesh, curvature };
+            let spec = RodSpec { name, sections: sections.clone(), mesh, curvature };
             let kind = registry.rod(&branch.rod).map(|kind| &kind.build);
             let label = format!("branch \"{}\"", branch.name);
             let rod: Option<Box<dyn RodSegment>> = made(kind, &spec, &branch.parameters, &label, &branch.spans, faults);
             let (name, kind) = (branch.name.clone(), branch.rod.clone());
             let (path, drawn) = (branch.path.clone(), branch.drawn().to_vec());
-            plans.extend(rod.map(|rod| BranchPlan { name, kind, section, rod, path, drawn }));
+            plans.extend(rod.map(|rod| BranchPlan { name, kind, sections, rod, path, drawn }));
         }
         plans
     }
@@ -280,7 +281,7 @@ impl Scenario {
     }
 
     fn constraint_spec(&self, constraint: &Constraint) -> ConstraintSpec {
-        let diameter = |branch: usize| self.sections[self.branches[branch].section].diameter;
+        let diameter = |branch: usize| self.diameter(&self.branches[branch]);
         let station = |at: &At| match at {
             At::Branch { branch, s } => {
                 let place = Some((self.branches[*branch].name.clone(), *s));

@@ -1,7 +1,7 @@
 //! What is required of a harness: the entries of `[[requirements]]`, the limits of its parts, and what holds for every
 //! harness.
 
-use crate::scenario::{ByRule, Scenario};
+use crate::scenario::{ByRule, Scenario, SectionPart};
 use std::collections::BTreeMap;
 use wireloom_core::Network;
 use wireloom_core::requirement::{Measure, Motion, Origin, Part, Requirement, SOFT, Severity};
@@ -36,7 +36,10 @@ pub(crate) fn of_parts(scenario: &Scenario, network: &Network) -> Vec<Requiremen
     let mut all = Vec::new();
     let mut of_section = vec![Vec::new(); scenario.sections.len()];
     for (b, branch) in scenario.branches.iter().enumerate() {
-        of_section[branch.section].push(Part::whole(b));
+        for SectionPart { section, range: [from, to] } in branch.section_spans() {
+            let whole = branch.parts.is_empty();
+            of_section[section].push(if whole { Part::whole(b) } else { Part::Branch { branch: b, from, to } });
+        }
     }
     for (k, (section, of)) in scenario.sections.iter().zip(of_section).enumerate() {
         let own = |measure| requirement(&section.name, Origin::Section, measure, of.clone());
@@ -100,7 +103,8 @@ fn insertion_limits(scenario: &Scenario) -> BTreeMap<usize, f64> {
 fn always(network: &Network) -> Vec<Requirement> {
     let branches: Vec<Part> = (0..network.branches.len()).map(Part::whole).collect();
     let own = |name, measure| requirement(name, Origin::Always, measure, branches.clone());
-    let thinnest = network.branches.iter().map(|branch| branch.section.diameter).fold(f64::INFINITY, f64::min);
+    let thinnest = network.branches.iter().flat_map(|branch| branch.sections.iter()).map(|section| section.diameter);
+    let thinnest = thinnest.fold(f64::INFINITY, f64::min);
     // All limits but the first depend on the span or on the pair; they are computed with the values.
     let mut all = vec![
         Requirement { max: Some(1.0), ..own("spans are long enough", Measure::Reach) },

@@ -123,7 +123,10 @@ fn refuse_piece(
 }
 
 fn has_mass(scenario: &Scenario, branches: &[usize]) -> bool {
-    branches.iter().any(|b| scenario.sections[scenario.branches[*b].section].linear_density > 0.0)
+    branches
+        .iter()
+        .flat_map(|b| scenario.branches[*b].sections())
+        .any(|own| scenario.sections[own].linear_density > 0.0)
         || scenario.joints.iter().any(|joint| joint.mass > 0.0 && branches.contains(&joint.arms[0].branch))
 }
 

@@ -10,13 +10,13 @@ use wireloom_core::{Mounting, Network, Section};
 /// Refuses branches whose section has friction, a set, creep or curves where their rod does not say that it has them,
 /// where a joint couples them, or rods with a law of their own, without, and, as what is remembered stays with the
 /// material, where the mesh of one that remembers moves along the cable; arms with friction whose joint does not say
-/// that it has it; and times of steps where nothing creeps.
+/// that it has it; constraints that slide where a section changes; and times of steps where nothing creeps.
 pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> Vec<Fault> {
     let mut faults = Vec::new();
     // A law of bending that a rod has of its own may relax with time.
     let creeps = network.branches.iter().any(|branch| {
         let own = branch.rod.constitutive().is_some_and(|laws| laws.memory() > 0);
-        own || !branch.section.laws.creep.is_empty()
+        own || branch.sections.iter().any(|section| !section.laws.creep.is_empty())
     });
     for (step, span) in
         scenario.steps.iter().zip(&scenario.step_spans).filter(|(step, _)| step.duration > 0.0 && !creeps)
@@ -25,7 +25,8 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
         let help = "give a section `creep`, or leave `duration` out".to_owned();
         faults.push(Fault { span: span.clone(), message, help });
     }
-    let of = |branch: usize| &network.branches[branch].section;
+    // Sections that are not linear do not change along a branch.
+    let of = |branch: usize| network.branches[branch].sections.at_end(true);
     let section = |branch: usize| &of(branch).name;
     let has = |branch: usize| of(branch).nonlinear_keys().join(", ");
     for (b, (own, branch)) in scenario.branches.iter().zip(&network.branches).enumerate() {
@@ -74,7 +75,15 @@ pub(crate) fn refuse_without_effect(scenario: &Scenario, network: &Network) -> V
     }
     for (own, constraint) in scenario.constraints.iter().zip(&network.constraints) {
         let moves = if constraint.slide.is_some() { "slide" } else { "at" };
-        let Place::Node { branch, .. } = constraint.place else { continue };
+        let Place::Node { branch, node } = constraint.place else { continue };
+        if constraint.slide.is_some() && network.branches[branch].sections.changes().any(|change| change == node) {
+            let message = format!(
+                "constraint \"{}\" slides where the section of branch \"{}\" changes",
+                own.name, network.branches[branch].name
+            );
+            let help = "put it beside the change, up to which it can slide, or let it hold the cable";
+            faults.push(Fault { span: own.spans.of(Some("slide")), message, help: help.to_owned() });
+        }
         if (constraint.slide.is_some() || constraint.nearest) && network.branches[branch].remembers() {
             let Branch { name, kind, .. } = &network.branches[branch];
             let what = match of(branch).remembers() {

@@ -79,7 +79,7 @@ pub fn adjustable(scenario: &Scenario, registry: &Registry) -> Vec<Adjustable> {
         let place = Place::of("branches", &branch.name, format!("branch {}", branch.name));
         place.kind(&keys::BRANCH, &branch.rod, &branch.parameters, registry, &mut all);
     }
-    let used = |k: usize| scenario.branches.iter().any(|branch| branch.section == k);
+    let used = |k: usize| scenario.branches.iter().any(|branch| branch.has_section(k));
     for (_, section) in scenario.sections.iter().enumerate().filter(|(k, _)| used(*k)) {
         let place = Place::of("sections", &section.name, format!("section {}", section.name));
         let has_curve = |name: &str| match name {

@@ -3,8 +3,9 @@
 use super::entry::Entry;
 use super::kinds;
 use super::names::{Names, Vertex, lookup, register};
+use super::places;
 use crate::format::limits::MAX_COUNT;
-use crate::scenario::{Branch, Division};
+use crate::scenario::{Branch, Division, SectionPart};
 use wireloom_core::Vector;
 use wireloom_core::identity::Identified;
 
@@ -40,6 +41,7 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         name: name.unwrap_or_default().to_owned(),
         vertices: [from, to].map(|vertex| vertex.unwrap_or_default().to_owned()),
         section: section.unwrap_or_default(),
+        parts: length.map_or_else(Vec::new, |length| parts(entry, length, names)),
         length: length.unwrap_or(1.0),
         division: division(entry, length, names),
         sizes: Vec::new(),
@@ -52,6 +54,36 @@ pub(crate) fn branch<'a>(entry: &Entry<'a>, names: &mut Names<'a>) -> Branch {
         own_drawn: path(entry, "drawn"),
         spans: entry.spans(),
     }
+}
+
+/// Parts of a branch of this length (m) that have another section, in the order of arc length.
+fn parts(entry: &Entry<'_>, length: f64, names: &mut Names<'_>) -> Vec<SectionPart> {
+    let branch = entry.word("name").unwrap_or_default();
+    let mut parts: Vec<(SectionPart, Entry<'_>)> = Vec::new();
+    for own in entry.entries("sections") {
+        let section = own.word("section");
+        let section =
+            section.and_then(|name| lookup(&own, "section", &names.sections, name, own.span_of("section")).copied());
+        match (section, places::range(&own, branch, length)) {
+            (Some(section), Some(range)) => parts.push((SectionPart { section, range }, own)),
+            _ => names.broken = true,
+        }
+    }
+    parts.sort_by(|(a, _), (b, _)| a.range[0].total_cmp(&b.range[0]));
+    for pair in parts.windows(2) {
+        let [(before, _), (after, own)] = pair else { continue };
+        if after.range[0] < before.range[1] - Branch::COINCIDENT * length {
+            let message = format!(
+                "parts of {} lie over each other: one ends at {} m, the next one begins at {} m",
+                entry.label, before.range[1], after.range[0]
+            );
+            let help = "one part ends before the next one begins; for coverings over each other write a section with \
+                        both";
+            own.fault_here(message, help);
+            names.broken = true;
+        }
+    }
+    parts.into_iter().map(|(part, _)| part).collect()
 }
 
 fn division(entry: &Entry<'_>, length: Option<f64>, names: &mut Names<'_>) -> Division {

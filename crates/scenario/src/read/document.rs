@@ -90,7 +90,7 @@ pub(crate) fn read(reader: &Reader<'_>, table: &DeTable<'_>) -> (Scenario, bool)
     let output = root.entry("output").map_or_else(Output::default, |entry| output::read(&entry));
     let unmatched = if root.has("catalogue") { identities::unmatched(&names) } else { Vec::new() };
     let by_rule: Vec<ByRule> = by_rule.into_iter().flatten().collect();
-    let in_use = by_rule.iter().filter(|own| branches.iter().any(|branch| branch.section == own.section));
+    let in_use = by_rule.iter().filter(|own| branches.iter().any(|branch| branch.has_section(own.section)));
     let cross_sections = in_use.map(|own| own.made_of.clone()).collect();
     let identities = Identities { cross_sections, ..identities::identities(&root, &names) };
     let scenario = Scenario {

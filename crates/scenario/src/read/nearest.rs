@@ -21,6 +21,7 @@ pub(crate) fn place_nearest(constraints: &mut [Constraint], loads: &[Load], bran
         let At::Branch { branch, .. } = constraint.place() else { continue };
         let Some(own) = branches.get(branch) else { continue };
         let mut places: Vec<f64> = taken.iter().filter(|(b, _)| *b == branch).map(|(_, s)| *s).collect();
+        places.extend(own.section_spans().iter().map(|span| span.range[0]));
         places.extend([0.0, own.length]);
         places.sort_by(f64::total_cmp);
         let mut known = drawn(own);

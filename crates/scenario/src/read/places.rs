@@ -94,13 +94,19 @@ pub(crate) fn facing(entry: &Entry<'_>) -> Facing {
 
 /// A part of a branch.
 pub(crate) fn stretch(entry: &Entry<'_>, names: &Names<'_>) -> Option<Stretch> {
-    let (branch, from, to) = (entry.word("branch"), entry.number("from"), entry.number("to"));
+    let branch = entry.word("branch");
     if names.vertices.is_empty() {
         return None; // The branches have their own fault.
     }
     let branch = branch?;
     let index = *lookup(entry, "branch", &names.branches, branch, entry.span_of("branch"))?;
-    let length = (*names.lengths.get(index)?)?;
+    let [from, to] = range(entry, branch, (*names.lengths.get(index)?)?)?;
+    Some(Stretch { branch: index, from, to })
+}
+
+/// Arc lengths `from` and `to` on a branch of this length (m); without them from its start, or to its end.
+pub(crate) fn range(entry: &Entry<'_>, branch: &str, length: f64) -> Option<[f64; 2]> {
+    let (from, to) = (entry.number("from"), entry.number("to"));
     let mut ends = [0.0, length];
     for (end, (key, s)) in ends.iter_mut().zip([("from", from), ("to", to)]) {
         if entry.has(key) {
@@ -113,7 +119,7 @@ pub(crate) fn stretch(entry: &Entry<'_>, names: &Names<'_>) -> Option<Stretch> {
         entry.fault_here(message, "`from` comes before `to`, both in arc length along the branch");
         return None;
     }
-    Some(Stretch { branch: index, from, to })
+    Some([from, to])
 }
 
 /// An arc length that is on its branch.

@@ -171,6 +171,11 @@ impl<'n> Cables<'n> {
         Place { distance: place.distance - self.lines[part.branch].radius, ..place }
     }
 
+    /// Radius of a branch at an arc length, m.
+    pub fn radius_at(&self, branch: usize, s: f64) -> f64 {
+        self.lines[branch].radius_at(s)
+    }
+
     /// Upper bound of the distance of the arc from the chord on the segment of a branch at an arc length, m.
     pub fn beside(&self, branch: usize, s: f64) -> f64 {
         self.lines[branch].beside(s)
@@ -223,7 +228,7 @@ impl<'n> Cables<'n> {
             branches: [b, c],
             s: best.s,
             depth: radii - best.distance,
-            allowed: SOFT * 2.0 * one.radius.min(other.radius),
+            allowed: SOFT * 2.0 * one.radius_at(best.s[0]).min(other.radius_at(best.s[1])),
             position: best.at,
         })
     }

@@ -169,7 +169,7 @@ impl Samples<'_> {
             let lambda = self.shape.coupling_lengths[c];
             if node > 0 && self.fine[node - 1] {
                 let Some(turns) = response else {
-                    return self.cell_moments[c].component_div(&self.stiffness) / lambda;
+                    return self.cell_moments[c].component_div(self.of_coupling(c)) / lambda;
                 };
                 let [within, turned] = self.parts_of_curvature(c, turns);
                 return within.zip_map(&turned, |a, b| (a + b).abs().max(CANCELLED * (a.abs() + b.abs())));
@@ -223,7 +223,7 @@ impl Samples<'_> {
     /// that under the moment, to which D adds `∂D/∂κ/λ`.
     fn parts_of_curvature(&self, c: usize, turns: &[Vector]) -> [Vector; 2] {
         let of_defect = self.cell_moments[c] + self.edge_moments[c];
-        [of_defect.component_div(&self.stiffness) / self.shape.coupling_lengths[c], self.turned(c, turns)]
+        [of_defect.component_div(self.of_coupling(c)) / self.shape.coupling_lengths[c], self.turned(c, turns)]
     }
 
     /// Error of the curvature of a node by one of its moment (N m, world axes), 1/m. A station turns with its frame,
@@ -239,7 +239,8 @@ impl Samples<'_> {
         let to_body = self.result.frame[node].inverse();
         let moment = to_body * self.result.moment[node];
         let error = to_body * error - turn.cross(&moment);
-        error.component_div(&self.stiffness)
+        let [before, after] = self.beside(node);
+        error.component_div(&before.inf(after))
     }
 
     /// Errors of the moment near stations and ends, N m, world axes, each with its node, where the scheme is of fourth
@@ -261,9 +262,9 @@ impl Samples<'_> {
                 let inner = if ahead { end + steps } else { end - steps };
                 let c = mesh.coupling_nodes.partition_point(|node| *node < inner);
                 let [within, turned] = self.parts_of_curvature(c, change.turns);
-                let moment = self.stiffness.component_mul(&(self.curvature[c] - self.rest));
+                let moment = self.of_coupling(c).component_mul(&(self.curvature[c] - self.rest));
                 let turn = (change.turns[c] + change.turns[c + 1]) * 0.5;
-                let own = self.stiffness.component_mul(&(within + turned)) + turn.cross(&moment);
+                let own = self.of_coupling(c).component_mul(&(within + turned)) + turn.cross(&moment);
                 let mut error = self.result.frame[inner] * own;
                 for k in (0..steps).rev() {
                     let (j, node, sign) = if ahead { (end + k, end + k, 1.0) } else { (end - 1 - k, end - k, -1.0) };
@@ -313,7 +314,7 @@ impl Samples<'_> {
             let node = mesh.coupling_nodes[c];
             bend[node] = bend[node].max(error.xy().norm());
             torsion[node] = torsion[node].max(error.z.abs());
-            whole[node] = whole[node].max(self.stiffness.component_mul(error).norm());
+            whole[node] = whole[node].max(self.of_coupling(c).component_mul(error).norm());
         }
         // Stations and joints have the error of the node beside them, and their own.
         for node in 0..=n {
@@ -343,7 +344,7 @@ impl Samples<'_> {
                         rate * ((self.place[c] - result.s[node]).abs() * l / mesh.length()) + (next - rate) * (l / 8.0);
                     bend[node] += left.xy().norm();
                     torsion[node] += left.z.abs();
-                    whole[node] += self.stiffness.component_mul(&left).norm();
+                    whole[node] += self.stiffness[j].component_mul(&left).norm();
                 }
             }
         }
@@ -390,11 +391,11 @@ impl Samples<'_> {
             // bending moment for torsion.
             for (c, turn) in turns.iter().enumerate().take(self.curvature.len()) {
                 let node = mesh.coupling_nodes[c];
-                let moment = self.stiffness.component_mul(&(self.curvature[c] - self.rest));
+                let moment = self.of_coupling(c).component_mul(&(self.curvature[c] - self.rest));
                 let turned = turn.cross(&moment);
                 errors.moment[node] += turned.norm();
                 if self.span_of(c) < SHORT {
-                    errors.torsion[node] += turned.z.abs() / self.stiffness.z;
+                    errors.torsion[node] += turned.z.abs() / self.of_coupling(c).z;
                 }
             }
             errors.twist.clone_from(&errors.torsion);
@@ -458,9 +459,9 @@ impl Samples<'_> {
                 let kappa = kappa.unwrap_or_default();
                 let second = (other - rate).norm() / length;
                 let turn = length.powi(3) * (second / 64.0 + kappa.norm() * rate.norm() / 320.0);
-                let moment = self.stiffness.component_mul(&(kappa - self.rest)).xy().norm();
+                let moment = self.stiffness[j].component_mul(&(kappa - self.rest)).xy().norm();
                 for k in 0..2 {
-                    torsion[node(k)] += turn * moment / self.stiffness.z;
+                    torsion[node(k)] += turn * moment / self.stiffness[j].z;
                 }
             }
         }
@@ -557,7 +558,8 @@ pub(crate) fn estimate(
         errors.position.iter_mut().for_each(|error| *error *= steepness * slid);
         for (node, unresolved) in samples.unresolved().into_iter().enumerate() {
             errors.curvature[node] += unresolved;
-            errors.moment[node] += samples.stiffness.xy().max() * unresolved;
+            errors.moment[node] +=
+                samples.beside(node).map(|own| own.xy().max()).into_iter().fold(0.0, f64::max) * unresolved;
             let is_inner = |j: &usize| *j < samples.rate.len();
             let around = [node.checked_sub(1), Some(node)].into_iter().flatten().filter(is_inner);
             if around.into_iter().any(|j| samples.span(j) < SHORT) {
@@ -571,7 +573,8 @@ pub(crate) fn estimate(
             let moment = uneven * samples.branch.rod.mesh().length() * LEVER;
             errors.force.iter_mut().for_each(|error| *error += uneven);
             errors.moment.iter_mut().for_each(|error| *error += moment);
-            errors.curvature.iter_mut().for_each(|error| *error += moment / samples.stiffness.xy().min());
+            let softest = samples.stiffness.iter().map(|own| own.xy().min()).fold(f64::INFINITY, f64::min);
+            errors.curvature.iter_mut().for_each(|error| *error += moment / softest);
         }
         let NodalErrors { curvature, torsion, twist, force, moment, position, .. } = &mut errors;
         let factor = if samples.fine.contains(&true) { FINE_SAFETY * factor } else { factor };

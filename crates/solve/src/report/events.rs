@@ -284,9 +284,9 @@ pub(crate) fn short_clearances(log: &mut EventLog, problem: &Problem<'_>, cables
 /// Logs branches bent more tightly than their sections allow.
 pub(crate) fn bends(log: &mut EventLog, branches: &[BranchResult]) {
     for branch in branches {
-        let Some(limit) = branch.bend_radius_limit else { continue };
-        let tightest = branch.bend_radius.iter().zip(&branch.s).min_by(|a, b| a.0.total_cmp(b.0));
-        if let Some((&radius, &s)) = tightest.filter(|(radius, _)| **radius < limit) {
+        let limited = branch.bends().filter_map(|(s, radius, limit)| Some((s, radius, limit?)));
+        let tightest = limited.min_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)));
+        if let Some((s, radius, limit)) = tightest.filter(|(_, radius, limit)| radius < limit) {
             log.raise(Occurrence {
                 kind: EventKind::BendRadius,
                 place: EventPlace::branch(&branch.name, s),

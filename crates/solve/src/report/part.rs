@@ -21,6 +21,8 @@ fn sides(branch: &BranchResult, node: usize) -> Option<&NodeSides> {
 pub struct Local {
     /// The node, or the one before the place.
     pub node: usize,
+    /// The segment on whose side of the node it is.
+    pub segment: usize,
     /// Fraction of the way to the next node; 0 at a node.
     pub fraction: f64,
     /// Arc length, m.
@@ -39,8 +41,10 @@ impl Local {
     /// At a node; beside something that attaches there on one side, 0 before and 1 after.
     fn at_node(branch: &BranchResult, node: usize, side: usize) -> Self {
         let sides = sides(branch, node);
+        let before = (sides.is_some() && side == 0) || node + 1 == branch.s.len();
         Self {
             node,
+            segment: if before { node.saturating_sub(1) } else { node },
             fraction: 0.0,
             s: branch.s[node],
             position: branch.position[node],
@@ -63,6 +67,7 @@ impl Local {
         let bend = (1.0 - t) / a.bend_radius + t / b.bend_radius;
         Self {
             node,
+            segment: node,
             fraction: t,
             s,
             position: result::position_at(branch, s),

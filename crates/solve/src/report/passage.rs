@@ -54,7 +54,6 @@ impl Passage<'_> {
         let s = mesh.arc_lengths();
         let first = s.partition_point(|s| *s <= from).saturating_sub(1);
         let last = s.partition_point(|s| *s < to).min(s.len() - 1);
-        let radius = 0.5 * branch.section.diameter;
         // The ends of a segment, as far as it belongs to the part.
         let ends = |i: usize, (state, poses): (&State, &[Pose])| {
             let [x, y] = [i, i + 1].map(|node| state.points[branch.points.start + node]);
@@ -66,6 +65,7 @@ impl Passage<'_> {
         };
         (first..last).any(|i| {
             let [before, after] = [self.before, self.after].map(|at| ends(i, at));
+            let radius = self.network.radius(b, i);
             self.piece([[before[0], after[0]], [before[1], after[1]]], (obstacle, radius, limit))
         })
     }

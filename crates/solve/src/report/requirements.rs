@@ -138,7 +138,7 @@ impl<'a> Equilibrium<'a> {
     /// Whether the motion of a part is the one in which a requirement counts.
     fn counts(&self, motion: Motion, part: &Part) -> bool {
         let Part::Branch { branch, .. } = *part else { return true };
-        let moves = self.moved[branch] > MOVING * self.network.branches[branch].section.diameter;
+        let moves = self.moved[branch] > MOVING * self.network.branches[branch].sections.diameter();
         match motion {
             Motion::Any => true,
             Motion::Moving => moves,
@@ -257,7 +257,9 @@ impl<'a> Equilibrium<'a> {
                 let tensions = part::forces_around(own, i).map(|force| force.dot(&d3));
                 tensions[0].max(tensions[1]) + self.errors[b].force[i]
             };
-            self.network.branches[b].strain_under(piece.in_order().map(tension).fold(0.0, f64::max)).0
+            let most = piece.in_order().map(tension).fold(0.0, f64::max);
+            let strain = |i: usize| self.network.branches[b].strain_under(i, most).0;
+            piece.segments().map(strain).fold(0.0, f64::max)
         };
         let strain = span.pieces.iter().map(strain).fold(0.0, f64::max);
         (self.ends_error(span) / span.length).min((1.0 + strain - span.chord / span.length).max(0.0))
@@ -338,12 +340,12 @@ impl<'a> Equilibrium<'a> {
             Measure::Tension => places(true, found, &Local::tension, force),
             Measure::Compression => places(true, found, &|place| -place.tension(), force),
             Measure::Strain => {
-                let error = |place: &Local| force(place) / own.strain_under(place.tension()).1;
-                places(true, found, &|place| own.strain_under(place.tension()).0, &error);
+                let error = |place: &Local| force(place) / own.strain_under(place.segment, place.tension()).1;
+                places(true, found, &|place| own.strain_under(place.segment, place.tension()).0, &error);
             }
             Measure::Torsion if own.twists_linearly() => {
-                let stiffness = own.section.torsion_stiffness;
-                let twist = |place: &Local| place.moment.dot(&(place.frame * Vector::z())) / stiffness;
+                let stiffness = |place: &Local| own.sections.of(place.segment).torsion_stiffness;
+                let twist = |place: &Local| place.moment.dot(&(place.frame * Vector::z())) / stiffness(place);
                 places(true, found, &|place| twist(place).abs(), torsion);
             }
             Measure::Torsion => places(true, found, &|place| self.twist(b, place.node).abs(), torsion),
@@ -427,7 +429,7 @@ impl<'a> Equilibrium<'a> {
                 let lines::Place { distance, s, .. } =
                     self.cables.clearance_from_obstacle(part, obstacle, &self.poses[o]);
                 let obstacle = Some(obstacle.name.clone());
-                let radius = 0.5 * self.branches[part.branch].diameter;
+                let radius = self.cables.radius_at(part.branch, s);
                 let touches =
                     self.contact_force(part.branch, Against::Obstacle(o)) > 0.0 && distance.abs() <= IN_TOUCH * radius;
                 let error = (!touches).then(|| self.line_error(part.branch, s));
@@ -444,7 +446,7 @@ impl<'a> Equilibrium<'a> {
                     ..EventPlace::branch(name, pair.s[0])
                 };
                 let own = [(part.branch, pair.s[0]), (branch, pair.s[1])];
-                let radii = 0.5 * own.map(|(b, _)| self.branches[b].diameter).iter().sum::<f64>();
+                let radii = own.map(|(b, s)| self.cables.radius_at(b, s)).iter().sum::<f64>();
                 // Cables that lie side by side touch on their chords.
                 let beside: f64 = own.map(|(b, s)| self.cables.beside(b, s)).iter().sum();
                 let touches = (self.contact_force(part.branch, Against::Branch(branch)) > 0.0

@@ -51,13 +51,15 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
     let middle_forces: Vec<Vector> = segment_forces.iter().zip(&middle_shifts).map(|(n, shift)| n + shift).collect();
     let length = mesh.length();
 
+    let s = state.arc_lengths(network, index);
     let mut result = BranchResult {
         name: branch.name.clone(),
-        diameter: branch.section.diameter,
-        bend_radius_limit: branch.section.min_bend_radius,
-        axial_stiffness: branch.section.axial_stiffness,
+        diameter: branch.sections.diameter(),
+        bend_radius_limit: branch.sections.bend_radius_limit(),
+        axial_stiffness: branch.sections.at_end(true).axial_stiffness,
+        sections: branch.sections.results(&s),
         strain: None,
-        s: state.arc_lengths(network, index),
+        s,
         position: shape.points.iter().zip(shape.compensation).map(|(x, c)| x + c).collect(),
         frame: Vec::with_capacity(n + 1),
         force: Vec::with_capacity(n + 1),
@@ -70,6 +72,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         friction: None,
     };
     let rest = branch.rod.linear_law().map(|law| law.curvature);
+    let bend_diagonal = |segment: usize| branch.sections.of(segment).bend_diagonal();
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
     // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
     // moments jump, the tighter side is reported.
@@ -83,7 +86,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         let kappa = match (mesh.station_frame(node), rest) {
             (Some(frame), Some(rest)) => {
                 let moment = shape.frames[frame].inverse() * coupling_moments[c];
-                let elastic = || rest + moment.component_div(&branch.section.bend_diagonal());
+                let elastic = || rest + moment.component_div(&bend_diagonal(mesh.coupling_segment(c)));
                 let kappa = branch.rod.curvature_under(&moment, memory_of(&shape, c), shape.duration);
                 let kappa = kappa.unwrap_or_else(elastic);
                 shape.extra_curvature.get(c).map_or(kappa, |extra| kappa + extra)
@@ -178,7 +181,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (kappa, frame)
         } else {
             let moment = q.inverse() * moment;
-            let kappa = moment.component_div(&branch.section.bend_diagonal()) + joint.arms[arm].curvature;
+            let kappa = moment.component_div(&bend_diagonal(segment)) + joint.arms[arm].curvature;
             (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * shape.rest_lengths[segment])))
         };
         curvature[node].0 = kappa;
@@ -212,11 +215,16 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         nodes::refine(branch, &segments, through, weight, &mut result, |node, moment| {
             // The same all along a branch.
             let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
-            curvature[node].0 = rest + moment.component_div(&branch.section.bend_diagonal());
+            curvature[node].0 = rest + moment.component_div(&bend_diagonal(node.min(n - 1)));
         });
     }
-    if branch.has_axial_law() {
-        result.strain = Some((0..=n).map(|node| branch.strain_under(result.tension_at(node)).0).collect());
+    if branch.has_axial_law() || branch.sections.only().is_none() {
+        let strain = |node: usize| {
+            let strains = [node.saturating_sub(1), node.min(n - 1)];
+            let [before, after] = strains.map(|segment| branch.strain_under(segment, result.tension_at(node)).0);
+            if after.abs() > before.abs() { after } else { before }
+        };
+        result.strain = Some((0..=n).map(strain).collect());
     }
     result.twist_turns = twist(mesh, &shape, curvature.iter().map(|(kappa, _)| kappa.z).collect()) / TAU;
     result.bend_radius = curvature.iter().map(|(kappa, _)| bend_radius(kappa, length)).collect();
@@ -486,12 +494,12 @@ pub fn markers(network: &Network, branches: &[BranchResult]) -> Vec<MarkerResult
 
 /// Bend nearest to its limit, or farthest beyond it; without limits, the bend of least radius.
 pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
-    let all = branches.iter().flat_map(|b| b.s.iter().zip(&b.bend_radius).map(move |(s, r)| (b, *s, *r)));
+    let all = branches.iter().flat_map(|b| b.bends().map(move |bend| (b, bend)));
     // The smaller fraction of the limit is the worse bend; branches without a limit come last.
-    let fraction = |b: &BranchResult, r: f64| b.bend_radius_limit.map_or(f64::INFINITY, |limit| r / limit);
-    all.filter(|(_, _, r)| r.is_finite())
-        .min_by(|a, b| fraction(a.0, a.2).total_cmp(&fraction(b.0, b.2)).then(a.2.total_cmp(&b.2)))
-        .map(|(b, s, value)| TightestBend { branch: b.name.clone(), s, value, limit: b.bend_radius_limit })
+    let fraction = |(_, radius, limit): (f64, f64, Option<f64>)| limit.map_or(f64::INFINITY, |limit| radius / limit);
+    all.filter(|(_, (_, radius, _))| radius.is_finite())
+        .min_by(|(_, a), (_, b)| fraction(*a).total_cmp(&fraction(*b)).then(a.1.total_cmp(&b.1)))
+        .map(|(b, (s, value, limit))| TightestBend { branch: b.name.clone(), s, value, limit })
 }
 
 /// Largest move of any point of the branches, and the length of the branch that moves so far, m.
@@ -519,6 +527,7 @@ mod tests {
             diameter: 0.01,
             bend_radius_limit: limit,
             axial_stiffness: 1.0,
+            sections: Vec::new(),
             strain: None,
             s: vec![0.0, 1.0],
             position: vec![Vector::zeros(), Vector::z()],

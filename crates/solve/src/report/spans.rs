@@ -4,6 +4,7 @@ use super::Occurrence;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::f64::consts::PI;
+use std::ops::Range;
 use wireloom_core::constraint::Action;
 use wireloom_core::network::{BranchEnd, Place};
 use wireloom_core::{EventKind, EventPlace, Network, Problem, State};
@@ -34,6 +35,12 @@ impl Piece {
     pub fn in_order(self) -> impl Iterator<Item = usize> {
         let [first, last] = self.nodes;
         (0..=first.abs_diff(last)).map(move |k| if first < last { first + k } else { first - k })
+    }
+
+    /// Its segments, in the order of the branch.
+    pub fn segments(self) -> Range<usize> {
+        let [first, last] = self.nodes;
+        first.min(last)..first.max(last)
     }
 
     /// 1, or -1 where the span runs against the branch.
@@ -111,7 +118,7 @@ impl CableSpan {
     }
 
     /// Force above which it is not stable while it is straight, even between clamped ends, N: Rayleigh's quotient
-    /// `∫ EI κ² ds / ∫ θ² ds` (Timoshenko & Gere 1961, sections 2.2 and 2.8), with the smaller EI of each piece.
+    /// `∫ EI κ² ds / ∫ θ² ds` (Timoshenko & Gere 1961, sections 2.2 and 2.8), with the smaller EI of each section.
     ///
     /// The cable has the curvature `κ = cos kx − α − β s` with `k = 2π/L`, x being the length of cable before a place,
     /// s that with hubs, and L that of all cable; hubs have none. α and β leave the ends where and as they are clamped:
@@ -124,7 +131,16 @@ impl CableSpan {
         let (mut places, mut hubs) = (Vec::new(), Vec::new());
         let (mut before, mut rigid, mut area) = (0.0, 0.0, 0.0);
         for piece in &self.pieces {
-            let [one, other] = network.branches[piece.branch].section.bending_stiffness;
+            let branch = &network.branches[piece.branch];
+            let s = branch.rod.mesh().arc_lengths();
+            // Where the section changes the mesh does not move along the cable.
+            let changes: Vec<f64> = branch.sections.changes().map(|node| s[node]).collect();
+            let stiffness = |along: f64| {
+                let at = piece.s[0] + piece.sign() * along / piece.free;
+                let [one, other] =
+                    branch.sections.spans()[changes.partition_point(|s| *s <= at)].section.bending_stiffness;
+                one.min(other)
+            };
             rigid += piece.hub;
             hubs.push((piece.hub, before, area));
             let (length, behind) = (piece.length(), before + piece.length());
@@ -135,7 +151,7 @@ impl CableSpan {
                 let middle = before + (2.0 * cell as f64 + 1.0) * half;
                 places.extend(GAUSS.map(|(at, weight)| {
                     let x = middle + half * at;
-                    (half * weight, x, x + rigid, area_to(x), one.min(other))
+                    (half * weight, x, x + rigid, area_to(x), stiffness(x - before))
                 }));
             }
             area = area_to(behind);

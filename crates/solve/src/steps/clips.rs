@@ -14,7 +14,7 @@ const NEWTON: usize = 4;
 
 /// Sets the arc lengths of those knots (increasing nodes, and their arc lengths at `state`, m) of a branch that
 /// constraints of `added` bring: first the given ones, then the nearest ones. All stay between the constraints that act
-/// already. `seat`: where a constraint closes. Returns remarks on those that these limited.
+/// already, and in the same section. `seat`: where a constraint closes. Returns remarks on those that these limited.
 pub(crate) fn place_stations(
     network: &Network,
     state: &State,
@@ -52,7 +52,7 @@ pub(crate) fn place_stations(
                     ));
                 }
             } else {
-                let spacing = fraction.min(SPACING * own.section.diameter);
+                let spacing = fraction.min(SPACING * own.sections.of(knots[k].0).diameter);
                 let range = [before + spacing, after - between * spacing];
                 let (here, note) = nearest_place((network, state), (f, &seat(f)), branch, range);
                 knots[k].1 = here;
@@ -85,7 +85,7 @@ fn nearest_place(
     let (there, least) = foot(s[0], s[s.len() - 1]);
     let note = (least < distance - SAME).then(|| {
         format!(
-            "clip `{}` closes at s = {here:.4} m of branch `{}`, between the constraints beside it; at \
+            "clip `{}` closes at s = {here:.4} m of branch `{}`, between what is fixed on either side of it; at \
              s = {there:.4} m the cable is nearer to its seat",
             constraint.name, own.name
         )

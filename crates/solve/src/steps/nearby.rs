@@ -599,7 +599,7 @@ fn sheet_of(
 
 /// Times that what has crept depends on, s: of steps, and of elements of creep.
 fn times(network: &Network, schedule: &Schedule) -> Vec<f64> {
-    let laws = network.branches.iter().map(|branch| &branch.section.laws.creep);
+    let laws = network.branches.iter().flat_map(|branch| branch.sections.iter()).map(|section| &section.laws.creep);
     let elements = laws.flat_map(|creep| creep.bending.iter().chain(&creep.torsion)).map(|element| element.time);
     steps_of(schedule).iter().map(|step| step.duration).chain(elements).collect()
 }

@@ -108,7 +108,7 @@ fn crossed(offset: f64, hub: bool) -> Sample {
     let mut sample = sketch.build(&registry());
     sample.network.contact.cables = true;
     for branch in &mut sample.network.branches {
-        branch.section.diameter = 0.05;
+        branch.sections.iter_mut().for_each(|section| section.diameter = 0.05);
     }
     sample
 }
@@ -141,7 +141,7 @@ fn contact_forces_at_a_distance_have_their_block_in_the_matrix() {
     sample.network.contact.cables = true;
     // With a thick cable far away the broad phase finds pairs farther apart than twice the diameter of these two.
     for (branch, diameter) in sample.network.branches.iter_mut().zip([0.01, 0.01, 0.1]) {
-        branch.section.diameter = diameter;
+        branch.sections.iter_mut().for_each(|section| section.diameter = diameter);
     }
     let upper = sample.network.branches[1].points.clone();
     let mut touching = sample.state.clone();
@@ -181,7 +181,11 @@ fn with_friction(offset: f64, hub: bool, moved: f64) -> Sample {
     let mut sample = crossed(offset, hub);
     sample.network.contact.friction = 0.3;
     // Friction no stiffer than contact: sticking contacts then stick for all differences.
-    sample.network.branches.iter_mut().for_each(|branch| branch.section.axial_stiffness = 1.0);
+    sample
+        .network
+        .branches
+        .iter_mut()
+        .for_each(|branch| branch.sections.iter_mut().for_each(|own| own.axial_stiffness = 1.0));
     let (mut rng, mut step) = (fastrand::Rng::with_seed(3), Tangent::zeros(&sample.network));
     for (x, q) in step.points.iter_mut().zip(&mut step.frames) {
         *x = random_vector(&mut rng, moved);
@@ -268,7 +272,7 @@ fn contacts_with_a_plane_that_close_and_open_are_found_by_one_condensation() {
         sketch.clamp(branch, true);
         sketch.clamp(branch, false);
         let mut sample = sketch.build(&registry());
-        sample.network.branches[0].section.diameter = 0.02;
+        sample.network.branches[0].sections.iter_mut().for_each(|section| section.diameter = 0.02);
         let mut state = sample.state.clone();
         let pose = Pose { position: Vector::new(0.0, 0.0, height - 0.01), ..Pose::identity() };
         let sample = with_obstacle(sample, Floor, pose);

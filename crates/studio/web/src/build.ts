@@ -187,6 +187,7 @@ export class Build {
       this.value("length", found, "length"),
       this.choice("section", String(found.entry.section ?? ""), sections, (value) => this.send({ is: "put", key: `${found.path}.section`, value })),
       element("div", { class: "buttons" }, this.remove("branch", name), this.inText(name)),
+      ...this.sectionParts(found, index, s, sections),
       element("h3", {}, `At s = ${(1000 * s).toFixed(1)} mm`),
       this.choice("kind of clip", kind.kind, this.document!.constraint_kinds, (value) => (kind.kind = value)),
       this.field("name of the clip", this.unused("clip"), (value) => (kind.name = value)),
@@ -205,6 +206,36 @@ export class Build {
         this.button("Add branch here", "Adds a branch with a free end, at a joint in this place", () => this.addBranch(name, index, s, place)),
       ),
     );
+  }
+
+  /** The parts of a branch with another section, and a new one from the chosen place on. */
+  private sectionParts(found: Found, index: number, s: number, sections: [string, string][]): HTMLElement[] {
+    const parts = list(found.entry.sections);
+    const put = (value: Entry[]) => this.send(value.length ? { is: "put", key: `${found.path}.sections`, value } : { is: "remove", key: `${found.path}.sections` });
+    const length = this.store.scene?.branches[index].length ?? s;
+    const millimetres = (at: number) => `${rounded(1000 * at, 3)} mm`;
+    const added = { section: sections.find(([section]) => section !== found.entry.section)?.[0] ?? "", from: millimetres(s), to: millimetres(Math.min(s + 0.1, length)) };
+    const shown = parts.flatMap((entry, k) => {
+      const own = { entry, path: `${found.path}.sections.${k}` };
+      return [
+        this.choice(`section of part ${k + 1}`, String(entry.section ?? ""), sections, (value) => this.send({ is: "put", key: `${own.path}.section`, value })),
+        this.value(`part ${k + 1} from`, own, "from"),
+        this.value(`part ${k + 1} to`, own, "to"),
+        element("div", { class: "buttons" }, this.button(`Delete part ${k + 1}`, "It has the section of the branch again", () => put(parts.filter((other) => other !== entry)))),
+      ];
+    });
+    return [
+      element("h3", {}, "Parts with another section"),
+      ...shown,
+      this.choice("section of a new part", added.section, sections, (value) => (added.section = value)),
+      this.field("new part from", added.from, (value) => (added.from = value)),
+      this.field("new part to", added.to, (value) => (added.to = value)),
+      element(
+        "div",
+        { class: "buttons" },
+        this.button("Add part", "Gives this part of the branch another section, such as under a tube", () => put([...parts, { section: added.section, from: typed(added.from), to: typed(added.to) }])),
+      ),
+    ];
   }
 
   /** An unused name of a constraint: "clip 1". */

@@ -1,5 +1,5 @@
 // A shape as it comes over the wire (see crates/studio/src/frame.rs): a header in JSON, then FLOATS numbers a node.
-import { FLOATS, type Header, type Scene } from "./protocol";
+import { FLOATS, type Branch, type Header, type Scene } from "./protocol";
 
 /** Where a quantity stands among the numbers of a node. */
 export const Column = { x: 0, d1: 3, s: 6, curvature: 7, tension: 8, moment: 9, torque: 10, stretch: 11, surface: 12, set: 13, clearance: 14 } as const;
@@ -38,6 +38,11 @@ export function firstNodes(scene: Scene): number[] {
   const first = [0];
   for (const branch of scene.branches) first.push(first[first.length - 1] + branch.nodes);
   return first;
+}
+
+/** Diameter (m) and smallest allowed bend radius (m) of a branch at an arc length (m). */
+export function sectionAt(branch: Branch, s: number): { diameter: number; bend_radius_limit: number | null } {
+  return branch.sections.find((part) => s <= part.to) ?? branch.sections[branch.sections.length - 1] ?? branch;
 }
 
 /** Whether a frame has as many nodes as the scene. */

@@ -1,8 +1,8 @@
 // Branches as tubes of true diameter with a stripe along d1. Everything is allocated once a scene and written in place a frame.
 import * as THREE from "three";
 import { DESTROYED, DESTROYED_VALUE, onScale, OVER, table, UNKNOWN, type Scale } from "./colours";
-import { along, Column, firstNodes, type Frame } from "./frame";
-import { FLOATS, type Scene, type Stretch } from "./protocol";
+import { along, Column, firstNodes, sectionAt, type Frame } from "./frame";
+import { FLOATS, type Branch, type Scene, type Stretch } from "./protocol";
 
 /** Corners around the cable; one more closes the seam. */
 const AROUND = 12;
@@ -148,7 +148,7 @@ export class Harness {
     const first = firstNodes(this.scene);
     for (let b = 0; b < this.tubes.length; b++) {
       const branch = this.scene.branches[b];
-      write(this.surface, this.tubes[b], frame.nodes, first[b], first[b + 1], branch.diameter / 2, branch.bend_radius_limit, scale);
+      write(this.surface, this.tubes[b], frame.nodes, first[b], first[b + 1], branch, scale);
     }
     for (const { branch, from, to } of destroyed) this.mark(frame, branch, from, to);
     // Corners that all lie in one point make no surface.
@@ -161,7 +161,7 @@ export class Harness {
 }
 
 /** Writes a branch: between nodes a cubic (Hermite, with the tangents of a parabola through three nodes), d1 carried along. */
-function write(surface: Surface, tube: Tube, n: Float32Array, first: number, end: number, radius: number, limit: number | null, scale: Scale): void {
+function write(surface: Surface, tube: Tube, n: Float32Array, first: number, end: number, branch: Branch, scale: Scale): void {
   const p = surface.position.array as Float32Array;
   const m = surface.normal.array as Int8Array;
   const v = surface.value.array as Float32Array;
@@ -176,6 +176,8 @@ function write(surface: Surface, tube: Tube, n: Float32Array, first: number, end
     const length = Math.max(1e-12, n[b + Column.s] - n[a + Column.s]);
     const span0 = Math.max(1e-12, n[b + Column.s] - n[before + Column.s]);
     const span1 = Math.max(1e-12, n[behind + Column.s] - n[a + Column.s]);
+    const { diameter, bend_radius_limit: limit } = sectionAt(branch, (n[a + Column.s] + n[b + Column.s]) / 2);
+    const radius = diameter / 2;
     const v0 = onScale(scale, n[a + column], limit);
     const v1 = onScale(scale, n[b + column], limit);
     const rings = j + 2 >= end ? fine + 1 : fine;

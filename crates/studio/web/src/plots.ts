@@ -1,7 +1,7 @@
 // Plots along the arc length of a branch: bend radius (logarithmic, with its limit), forces, moments, strains.
 import { inWords, QUANTITIES, type Quantity } from "./colours";
 import { svg } from "./dom";
-import { Column, firstNodes, type Frame } from "./frame";
+import { Column, firstNodes, sectionAt, type Frame } from "./frame";
 import { FLOATS, type Branch, type Scene } from "./protocol";
 import { digits, millimetres, noise } from "./units";
 
@@ -11,7 +11,7 @@ export class Plot {
   readonly element: SVGSVGElement;
   private curve = svg("path", { class: "curve" });
   private before = svg("path", { class: "before" });
-  private limit = svg("line", { class: "limit", x1: LEFT, x2: WIDTH - RIGHT });
+  private limit = svg("path", { class: "limit" });
   private cursor = svg("line", { class: "cursor", y1: TOP, y2: HEIGHT - BOTTOM });
   private title = svg("text", { class: "title", x: LEFT, y: 12 });
   private reading = svg("text", { x: WIDTH - RIGHT, y: 12, "text-anchor": "end" });
@@ -62,10 +62,12 @@ export class Plot {
         if (value > most) most = value;
       }
     }
-    const limit = radius ? branch.bend_radius_limit : null;
+    const parts = branch.sections.length > 0 ? branch.sections : [{ to: branch.length, bend_radius_limit: branch.bend_radius_limit }];
+    const limits = radius ? parts.flatMap((part, k) => (part.bend_radius_limit === null ? [] : [{ from: k > 0 ? parts[k - 1].to : 0, to: part.to, limit: part.bend_radius_limit }])) : [];
+    const lowest = Math.min(...limits.map(({ limit }) => limit));
     let [low, high] = [least, most];
     if (radius) {
-      low = Math.min(least, limit ?? Infinity) / 1.3;
+      low = Math.min(least, lowest) / 1.3;
       high = Math.min(most, 30 * low);
     } else {
       low = Math.min(0, least);
@@ -90,8 +92,8 @@ export class Plot {
     };
     this.curve.setAttribute("d", path(nodes));
     this.before.setAttribute("d", before ? path(before) : "");
-    this.limit.setAttribute("visibility", limit === null ? "hidden" : "visible");
-    if (limit !== null) for (const side of ["y1", "y2"]) this.limit.setAttribute(side, y(limit).toFixed(1));
+    const across = (s: number) => (LEFT + (s / branch.length) * (WIDTH - LEFT - RIGHT)).toFixed(1);
+    this.limit.setAttribute("d", limits.map(({ from, to, limit }) => `M${across(from)} ${y(limit).toFixed(1)}H${across(to)}`).join(""));
     const { unit, factor } = this.quantity.typed ?? { unit: "mm", factor: 1000 };
     const number = (value: number, significant = 3) => (radius && value > 1e3 ? "straight" : digits(Math.abs(value) < Math.max(round, 1e-6 * Math.max(high, -low)) ? 0 : value * factor, significant));
     const short = (value: number) => number(value, 2);
@@ -100,13 +102,16 @@ export class Plot {
     this.end.textContent = millimetres(branch.length);
     this.title.textContent = radius ? `Bend radius, ${unit}` : `${this.quantity.label}, ${unit}`;
     this.cursor.setAttribute("visibility", pointed === null ? "hidden" : "visible");
-    let words = radius ? `≥ ${number(least)}${limit === null ? "" : `, allowed ${number(limit)}`}` : `${number(least)} … ${number(most)}`;
-    let over = limit !== null && least < limit;
+    const allowed = [...new Set(limits.map(({ limit }) => number(limit)))].join(" or ");
+    let words = radius ? `≥ ${number(least)}${allowed && `, allowed ${allowed}`}` : `${number(least)} … ${number(most)}`;
+    const tooTight = (curvature: number, s: number) => radius && curvature * (sectionAt(branch, s).bend_radius_limit ?? 0) > 1;
+    let over = false;
+    for (let i = 0; i < nodes.length; i += FLOATS) over ||= tooTight(nodes[i + column], nodes[i + Column.s]);
     if (pointed !== null) {
       const x = LEFT + (pointed.s / branch.length) * (WIDTH - LEFT - RIGHT);
       for (const side of ["x1", "x2"]) this.cursor.setAttribute(side, x.toFixed(1));
       words = `${inWords(this.quantity, pointed.value)} at ${millimetres(pointed.s)}`;
-      over = limit !== null && pointed.value * limit > 1;
+      over = tooTight(pointed.value, pointed.s);
     }
     this.reading.textContent = words;
     this.reading.setAttribute("class", over ? "bad" : "");

@@ -287,6 +287,11 @@ diameter: number,
  */
 bend_radius_limit: number | null, 
 /**
+ * Its parts with sections of their own, in the order of arc length; empty where its section does not change.
+ * Diameter and limit above are then the greatest ones.
+ */
+sections: Array<SectionPart>, 
+/**
  * Number of nodes.
  */
 nodes: number, 
@@ -400,6 +405,24 @@ limits: [number, number] | null,
  * Whether it can be driven: it follows no other joint.
  */
 can_be_driven: boolean, };
+
+export type SectionPart = { 
+/**
+ * Name of the section.
+ */
+section: string, 
+/**
+ * Arc length where it ends, m.
+ */
+to: number, 
+/**
+ * Diameter, m.
+ */
+diameter: number, 
+/**
+ * Smallest allowed bend radius, m.
+ */
+bend_radius_limit: number | null, };
 
 export type Setting = { 
 /**

@@ -104,6 +104,21 @@ test("every form changes the text as a person would, is undone by name, and is w
   assert.ok(renamed.includes('+name = "long arm"') && renamed.some((line) => line.includes('branch = "long arm"')), renamed.join("\n"));
   await choosePoint(page, "long arm", 0.4);
 
+  const own = await page.locator("#build").getByLabel("section", { exact: true }).inputValue();
+  const tube = names.sections.find((name) => name !== own);
+  await page.locator("#build").getByLabel("section of a new part", { exact: true }).selectOption(tube);
+  await fill(page, "new part from", "50 mm");
+  await fill(page, "new part to", "120 mm");
+  assert.deepEqual(await difference(page, () => press(page, "Add part")), [`+sections = [{ section = "${tube}", from = "50 mm", to = "120 mm" }]`]);
+  const parts = await page.evaluate(() => window.wireloom.store.scene.branches.find(({ name }) => name === "long arm").sections.map(({ section, to }) => [section, Math.round(1000 * to)]));
+  assert.deepEqual(parts.slice(0, 2), [[own, 50], [tube, 120]]);
+  await runs(page, "part");
+  await settled(page);
+  await page.screenshot({ path: `${shots}build-part.png` });
+  assert.deepEqual((await difference(page, () => fill(page, "part 1 to", "150 mm"))).slice(-1), [`+sections = [{ section = "${tube}", from = "50 mm", to = "150 mm" }]`]);
+  assert.deepEqual(await difference(page, () => press(page, "Delete part 1")), [`-sections = [{ section = "${tube}", from = "50 mm", to = "150 mm" }]`]);
+  await choosePoint(page, "long arm", 0.4);
+
   await page.locator("#build").getByLabel("kind of clip", { exact: true }).selectOption("edge-clip");
   await fill(page, "name of the clip", "edge 1");
   const clip = await difference(page, () => press(page, "Add clip"));

@@ -70,9 +70,9 @@ export function violation(given) {
 /** A Y whose arm is lifted and bent too tightly; `nodes` a branch; `lines`: of its sheet; `violations(frame)`: those of a frame; `noise`: in place of every force and moment. */
 export function made({ frames = 25, nodes = 61, lines = null, verdict = "fail", status = "converged", violations = (_frame) => [], noise = null } = {}) {
   const branches = [
-    { name: "trunk", diameter: 0.012, bend_radius_limit: 0.06, nodes, length: 0.6, identity: null, drawn: [] },
-    { name: HOSTILE, diameter: 0.008, bend_radius_limit: 0.05, nodes, length: 0.4, identity: null, drawn: [] },
-    { name: "right", diameter: 0.008, bend_radius_limit: null, nodes, length: 0.4, identity: null, drawn: [] },
+    { name: "trunk", diameter: 0.012, bend_radius_limit: 0.06, sections: [], nodes, length: 0.6, identity: null, drawn: [] },
+    { name: HOSTILE, diameter: 0.008, bend_radius_limit: 0.05, sections: [], nodes, length: 0.4, identity: null, drawn: [] },
+    { name: "right", diameter: 0.008, bend_radius_limit: null, sections: [], nodes, length: 0.4, identity: null, drawn: [] },
   ];
   const corners = [];
   for (const x of [0.25, 0.4]) for (const y of [-0.25, -0.05]) for (const z of [-0.2, -0.12]) corners.push(x, y, z);

@@ -39,7 +39,7 @@ const ROUND_OFF: f64 = 1e-11;
 /// A rod of ten segments, straight at rest.
 fn rod(factory: &Factory<'_>) -> Box<dyn RodSegment> {
     let mesh = Mesh::new(vec![0.1; 10], vec![0, 10]);
-    factory(RodSpec { name: "branch".into(), section: section(), mesh, curvature: Vector::zeros() })
+    factory(RodSpec { name: "branch".into(), sections: section().into(), mesh, curvature: Vector::zeros() })
 }
 
 /// A law with strains of one size at which it is checked.

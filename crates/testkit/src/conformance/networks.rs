@@ -163,12 +163,12 @@ impl Sketch {
             let stations = ends.into_iter().filter(|(_, joint)| has_station(*joint)).map(|(node, _)| node).collect();
             let mesh = Mesh::new(vec![branch.length / n as f64; n], stations);
             let name = branch.name.clone();
-            let spec = RodSpec { name, section: section(branch.thin), mesh, curvature: Vector::zeros() };
+            let spec = RodSpec { name, sections: section(branch.thin).into(), mesh, curvature: Vector::zeros() };
             BranchPlan {
                 name: branch.name.clone(),
                 kind: rods.name.clone(),
                 rod: (rods.build)(&spec, &none).expect("a rod"),
-                section: spec.section,
+                sections: spec.sections,
                 path: vec![],
                 drawn: vec![],
             }

@@ -42,7 +42,7 @@ pub fn section() -> Section {
 }
 
 fn spec(mesh: &Mesh, curvature: Vector) -> RodSpec {
-    RodSpec { name: "branch".into(), section: section(), mesh: mesh.clone(), curvature }
+    RodSpec { name: "branch".into(), sections: section().into(), mesh: mesh.clone(), curvature }
 }
 
 /// Name of the shape whose first, third, … edges point against their frames.
@@ -578,7 +578,7 @@ pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'
                 spec.mesh.stations.iter().rev().map(|k| n - k).collect(),
             ),
             curvature: reversed_curvature(&spec.curvature),
-            section: spec.section,
+            sections: spec.sections,
         });
         let (energy, want) = gradient(rod.as_ref(), &shape);
         let mut back = Shape { memory: reversed.memory(), ..shape.reversed() };

@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 use wireloom_core::constraint::Action;
-use wireloom_core::network::Place;
 use wireloom_core::steps::{Bodies, Move, Step};
 use wireloom_core::{Network, Pose, Rotation, Vector};
 use wireloom_scenario::{Built, Fault, Scenario};
@@ -137,10 +136,7 @@ fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pos
     if !hold.position || !hold.rails.is_empty() {
         return None;
     }
-    let radius = match constraint.place {
-        Place::Node { branch, .. } => radius(network, branch),
-        Place::Joint(j) => network.joints[j].branches.iter().map(|&b| radius(network, b)).fold(0.0, f64::max),
-    };
+    let radius = 0.5 * network.diameter_at(constraint.place);
     let mut deepest: Option<Deep> = None;
     for &(obstacle, pose) in bodies {
         for at in places {
@@ -152,10 +148,6 @@ fn deepest(network: &Network, f: usize, places: &[Vector], bodies: &[(usize, Pos
         }
     }
     deepest
-}
-
-fn radius(network: &Network, branch: usize) -> f64 {
-    0.5 * network.branches[branch].section.diameter
 }
 
 impl Deep {

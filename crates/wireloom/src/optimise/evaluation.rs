@@ -216,7 +216,7 @@ pub(super) fn smooth(optimise: &Optimise, network: &Network) -> f64 {
         let branches = network.branches.iter();
         match of {
             Minimised::Length => branches.map(|branch| branch.rod.mesh().length()).sum(),
-            Minimised::Mass => branches.map(|branch| branch.section.linear_density * branch.rod.mesh().length()).sum(),
+            Minimised::Mass => branches.map(wireloom_core::network::Branch::mass).sum(),
             Minimised::WorstMargin | Minimised::Requirement(_) => 0.0,
         }
     };

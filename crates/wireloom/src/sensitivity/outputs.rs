@@ -211,12 +211,13 @@ impl Asked {
 /// ε EA, its moments to ε EA ℓ with segments of length ℓ, and over a length L its turns to ε EA ℓ L/EI or L/GJ.
 fn noise(unit: &str, end: &StepResult, network: &Network) -> f64 {
     let of_branch = |branch: &Branch| {
-        let (mesh, section) = (branch.rod.mesh(), &branch.section);
+        let mesh = branch.rod.mesh();
         let length = mesh.length();
-        let force = ROUNDINGS * f64::EPSILON * section.greatest_axial_stiffness();
+        let stiffest = branch.sections.iter().map(wireloom_core::Section::greatest_axial_stiffness).fold(0.0, f64::max);
+        let force = ROUNDINGS * f64::EPSILON * stiffest;
         let moment = force * length / mesh.segments() as f64;
-        let [one, other] = section.bending_stiffness;
-        let turn = moment * length / one.min(other).min(section.torsion_stiffness);
+        let softest = branch.sections.iter().map(|section| section.bend_diagonal().min()).fold(f64::INFINITY, f64::min);
+        let turn = moment * length / softest;
         match unit {
             "N" => force,
             "N m" => moment,

@@ -42,7 +42,7 @@ impl Stations {
     /// Those of a harness.
     pub fn of(network: &Network, schedule: &Schedule) -> Self {
         let branch = |branch: &wireloom_core::network::Branch| {
-            let pieces = branch.rod.mesh().length() / (APART * branch.section.diameter);
+            let pieces = branch.rod.mesh().length() / (APART * branch.sections.diameter());
             (branch.name.clone(), pieces.ceil().clamp(PIECES[0], PIECES[1]) as usize + 1)
         };
         let mut steps: Vec<String> = schedule.steps.iter().map(|step| step.name.clone()).collect();

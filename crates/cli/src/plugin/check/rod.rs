@@ -48,7 +48,7 @@ pub fn trials(kind: &RodKind) -> Vec<Trial<'_>> {
 
 fn branch() -> RodSpec {
     let mesh = Mesh::new(vec![0.01; SEGMENTS], vec![0, SEGMENTS]);
-    RodSpec { name: "trial".into(), section: section(), mesh, curvature: Vector::zeros() }
+    RodSpec { name: "trial".into(), sections: section().into(), mesh, curvature: Vector::zeros() }
 }
 
 fn laws(rod: &dyn RodSegment) -> &ConstitutiveLaws {

@@ -47,7 +47,7 @@ impl ContactTerm {
                 continue;
             }
             changed = true;
-            let radius = 0.5 * network.branches[point.branch].section.diameter;
+            let radius = network.radius(point.branch, point.segment);
             let reach = REACH * radius;
             let cached = &mut self.cached[i];
             cached.clear();
@@ -92,7 +92,7 @@ impl ContactTerm {
         let mut deepest: Option<Penetration> = None;
         for point in &self.points {
             let x = point.position(network, state);
-            let radius = 0.5 * network.branches[point.branch].section.diameter;
+            let radius = network.radius(point.branch, point.segment);
             for (o, obstacle) in network.obstacles.iter().enumerate() {
                 let own = system.conditions.contact.poses[o].local(&x);
                 let depth = -obstacle.shape.distance(&own, radius);

@@ -86,7 +86,7 @@ impl ContactTerm {
         let (mut around, mut inside) = (None, Vec::new());
         for (index, point) in self.points.iter().enumerate() {
             let x = point.position(network, state);
-            let radius = 0.5 * network.branches[point.branch].section.diameter;
+            let radius = network.radius(point.branch, point.segment);
             let s = arcs[point.branch][point.segment];
             let s = s + (arcs[point.branch][point.segment + 1] - s) * point.fraction;
             let center = key(&x);
@@ -101,7 +101,7 @@ impl ContactTerm {
                 if point.follows.is_some_and(|followed| followed != Against::Branch(b)) {
                     return None;
                 }
-                let both = radius + 0.5 * network.branches[b].section.diameter;
+                let both = radius + network.radius(b, j);
                 let reach = both + margin;
                 if (x - middle).norm_squared() > SURELY * (reach + half) * (reach + half) {
                     return None;
@@ -117,13 +117,16 @@ impl ContactTerm {
             found.sort_unstable_by_key(|&(branch, segment, _)| (branch, segment));
             for &(branch, segment, distance) in &found {
                 let point = index as u32;
+                let both = radius + network.radius(branch as usize, segment as usize);
                 match pairs.last_mut() {
-                    Some(last) if (last.point, last.branch) == (point, branch) && segment <= last.segments.1 + 1 => {
+                    Some(last)
+                        if (last.point, last.branch, last.both) == (point, branch, both)
+                            && segment <= last.segments.1 + 1 =>
+                    {
                         last.segments.1 = segment;
                         last.nearest = distance.min(last.nearest);
                     }
                     _ => {
-                        let both = radius + 0.5 * network.branches[branch as usize].section.diameter;
                         let own = self.points[index].branch as u32;
                         pairs.push(Pair { point, own, branch, segments: (segment, segment), nearest: distance, both });
                     }
@@ -489,8 +492,7 @@ impl ContactTerm {
                     if motion < SAFE * distance {
                         continue;
                     }
-                    let diameters = [point.branch, b].map(|b| network.branches[b].section.diameter);
-                    let both = 0.5 * (diameters[0] + diameters[1]);
+                    let both = network.radius(point.branch, point.segment) + network.radius(b, j);
                     let lengths = &network.branches[point.branch].rod.mesh().rest_lengths;
                     let s = lengths[..point.segment].iter().sum::<f64>() + lengths[point.segment] * point.fraction;
                     let lengths = &network.branches[b].rod.mesh().rest_lengths;

@@ -90,7 +90,8 @@ impl ContactTerm {
         let touching: BTreeSet<_> = found.iter().map(|contact| (contact.point, contact.partner)).collect();
         for record in records.iter().filter(|record| !touching.contains(&(record.point, record.partner))) {
             let reach = record.multiplier / self.penalty(record);
-            let radius = 0.5 * system.network.branches[self.branch_of(record)].section.diameter;
+            let point = self.point(record.point);
+            let radius = system.network.radius(point.branch, point.segment);
             visit(reach / (DEPTH * radius), record.point, record.partner, Lack::Depth(-reach));
             // Friction that still acts there, with the previous normal force, is a violation however small it is.
             let anchor =

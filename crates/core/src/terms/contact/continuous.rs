@@ -129,7 +129,7 @@ impl ContactTerm {
                     free = entered.map_or(free, |fraction| free.min(SAFE * fraction));
                 }
                 if !self.is_held_inside(system, from, &next, o) {
-                    let radius = 0.5 * network.branches[point.branch].section.diameter;
+                    let radius = network.radius(point.branch, point.segment);
                     let short = (THIN[0] * radius).max(THIN[1] * piece);
                     let entered = entering(shape, [&[start, ends[0]], &[end, ends[1]]], short);
                     free = entered.map_or(free, |fraction| free.min(SAFE * fraction));
@@ -141,7 +141,7 @@ impl ContactTerm {
 
     /// Whether constraints hold the cable in an obstacle near a contact point: it must be able to reach their targets.
     fn is_held_inside(&self, system: System<'_>, state: &State, point: &ContactPoint, obstacle: usize) -> bool {
-        let radius = 0.5 * system.network.branches[point.branch].section.diameter;
+        let radius = system.network.radius(point.branch, point.segment);
         self.touch_radius(system, state, point, obstacle as u32) < 0.5 * radius
     }
 }

@@ -104,7 +104,7 @@ fn cross(system: System<'_>, state: &State, segments: [(usize, usize); 2]) -> bo
     let network = system.network;
     let first = segments.map(|(branch, segment)| network.branches[branch].points.start + segment);
     let tangents = first.map(|i| (state.points[i + 1] - state.points[i]).normalize());
-    let diameters = segments.map(|(branch, _)| network.branches[branch].section.diameter);
+    let diameters = segments.map(|(branch, segment)| 2.0 * network.radius(branch, segment));
     let flat = 2.0 / (diameters[0] + diameters[1]);
     let across = tangents[0].cross(&tangents[1]);
     if across.norm_squared() <= BESIDE {

@@ -28,8 +28,7 @@ impl ContactTerm {
     /// Effective radius of a contact point against an obstacle, m: reduced near constraints that hold the cable nearer
     /// than its radius, with a smooth transition (smoothstep).
     pub(super) fn touch_radius(&self, system: System<'_>, state: &State, point: &ContactPoint, obstacle: u32) -> f64 {
-        let branch = &system.network.branches[point.branch];
-        let radius = 0.5 * branch.section.diameter;
+        let radius = system.network.radius(point.branch, point.segment);
         let mut least = radius;
         for held in self.held_depths.iter().filter(|held| held.obstacle == obstacle && held.place.0 == point.branch) {
             let s = point.arc_length(system.network, state);
@@ -241,22 +240,20 @@ impl ContactTerm {
             }
             for (o, obstacle) in network.obstacles.iter().enumerate() {
                 let x = system.conditions.contact.poses[o].local(&system.conditions.targets[c].position);
-                let mut add = |branch: usize, s: f64| {
-                    let radius = 0.5 * network.branches[branch].section.diameter;
+                let mut add = |branch: usize, node: usize| {
+                    let radius = 0.5 * network.diameter_at(Place::Node { branch, node });
+                    let s = network.branches[branch].rod.mesh().rest_lengths[..node].iter().sum();
                     let distance = obstacle.shape.distance(&x, radius);
                     if distance < radius {
                         self.held_depths.push(HeldDepth { place: (branch, s), obstacle: o as u32, distance });
                     }
                 };
                 match constraint.place {
-                    Place::Node { branch, node } => {
-                        let mesh = network.branches[branch].rod.mesh();
-                        add(branch, mesh.rest_lengths[..node].iter().sum());
-                    }
+                    Place::Node { branch, node } => add(branch, node),
                     Place::Joint(j) => {
                         for (arm, &branch) in network.joints[j].arms.iter().zip(&network.joints[j].branches) {
                             let mesh = network.branches[branch].rod.mesh();
-                            add(branch, if arm.starts_here { 0.0 } else { mesh.length() });
+                            add(branch, if arm.starts_here { 0 } else { mesh.segments() });
                         }
                     }
                 }

@@ -104,7 +104,7 @@ impl ContactTerm {
             let own = self.found.iter().filter(|contact| contact.point as usize == self.own + k);
             let Some(contact) = own.max_by(|a, b| a.force.total_cmp(&b.force)) else { continue };
             let way = (contact.fraction - point.fraction).abs() * arc_of(system, state, point).edge().norm();
-            let radius = 0.5 * system.network.branches[point.branch].section.diameter;
+            let radius = system.network.radius(point.branch, point.segment);
             changes |= !contact.on_edge || way > FAR * radius;
             point.fraction = contact.fraction;
             if !contact.on_edge {
@@ -126,7 +126,8 @@ impl ContactTerm {
         let o = cached.obstacle as usize;
         let (shape, pose) = (&*system.network.obstacles[o].shape, &system.conditions.contact.poses[o]);
         let branch = &system.network.branches[point.branch];
-        let (radius, length) = (0.5 * branch.section.diameter, branch.rod.mesh().rest_lengths[point.segment]);
+        let radius = system.network.radius(point.branch, point.segment);
+        let length = branch.rod.mesh().rest_lengths[point.segment];
         let arc = arc_of(system, state, &point);
         let (chord, beside) = (arc.chord().at(point.fraction), arc.beside(point.fraction));
         let tangent = arc.edge();

@@ -51,8 +51,8 @@ impl ContactTerm {
         let [first, second] = constraints.map(|f| self.held_places(system, f));
         for &a in &first {
             for &b in &second {
-                let radius = |branch: usize| 0.5 * system.network.branches[branch].section.diameter;
-                let both = radius(a.0) + radius(b.0);
+                let diameters = [a, b].map(|(branch, node)| system.network.diameter_at(Place::Node { branch, node }));
+                let both = 0.5 * (diameters[0] + diameters[1]);
                 let rest = |(branch, node): (usize, usize)| -> f64 {
                     system.network.branches[branch].rod.mesh().rest_lengths[..node].iter().sum()
                 };

@@ -52,7 +52,7 @@ pub(crate) struct Cables {
 
 impl Cables {
     pub(super) fn new(network: &Network) -> Self {
-        let radii = network.branches.iter().map(|b| 0.5 * b.section.diameter);
+        let radii = network.branches.iter().map(|b| 0.5 * b.sections.diameter());
         let largest_radius = radii.fold(0.0, f64::max);
         let lengths = network.branches.iter().flat_map(|b| &b.rod.mesh().rest_lengths);
         let longest_segment = lengths.copied().fold(0.0, f64::max);

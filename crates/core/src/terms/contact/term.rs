@@ -3,7 +3,7 @@
 use super::distance_cache::CachedDistance;
 use super::pairs::Cables;
 use crate::conditions::{Conditions, ContactPoint, ContactRecord, Partner};
-use crate::{Matrix, Network, State, Vector};
+use crate::{Matrix, Network, Section, State, Vector};
 
 /// Largest distance between contact points, in radii: an object between two of them touches one of them before it
 /// reaches the centre line.
@@ -137,11 +137,10 @@ impl ContactTerm {
         contact.cables = Cables::new(network);
         for (b, branch) in network.branches.iter().enumerate() {
             let mesh = branch.rod.mesh();
-            let radius = 0.5 * branch.section.diameter;
-            let pieces = |length: f64| (length / (SPACING * radius)).ceil().clamp(1.0, MOST_PIECES);
+            let pieces = |length: f64, radius: f64| (length / (SPACING * radius)).ceil().clamp(1.0, MOST_PIECES);
             let mut spacing = 0.0_f64;
             for (segment, length) in mesh.rest_lengths.iter().enumerate() {
-                let pieces = pieces(*length);
+                let pieces = pieces(*length, network.radius(b, segment));
                 spacing = spacing.max(length / pieces);
                 let fraction = |k: usize| k as f64 / pieces;
                 contact.points.extend((0..pieces as usize).map(|k| ContactPoint::new(b, segment, fraction(k))));
@@ -150,11 +149,15 @@ impl ContactTerm {
             contact.points.push(ContactPoint::new(b, mesh.segments() - 1, 1.0));
             // Penalties are those of the mean segment.
             let length = mesh.length() / mesh.segments() as f64;
-            let pieces = pieces(length);
-            let bending = STIFFNESS_RATIO * branch.section.sticking_diagonal().xy().max() / length.powi(3);
-            let weight = branch.section.linear_density * WEIGHT * length / (WEIGHT_DEPTH * radius);
-            contact.penalties.push(bending.max(weight) / pieces);
-            contact.friction_stiffness.push(branch.section.axial_stiffness / (length * pieces));
+            let pieces = pieces(length, 0.5 * branch.sections.diameter());
+            let penalty = |section: &Section| {
+                let bending = STIFFNESS_RATIO * section.sticking_diagonal().xy().max() / length.powi(3);
+                let weight = section.linear_density * WEIGHT * length / (WEIGHT_DEPTH * 0.5 * section.diameter);
+                bending.max(weight) / pieces
+            };
+            contact.penalties.push(branch.sections.iter().map(penalty).fold(0.0, f64::max));
+            let axial = branch.sections.iter().map(|section| section.axial_stiffness).fold(0.0, f64::max);
+            contact.friction_stiffness.push(axial / (length * pieces));
         }
         contact.own = contact.points.len();
         contact.ties = vec![None; network.points];

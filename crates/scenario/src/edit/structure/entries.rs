@@ -30,7 +30,12 @@ pub(in crate::edit) fn retain(table: &mut dyn TableLike, key: &str, keep: &mut d
             false
         }
         Some(Item::Value(Value::Array(list))) => {
+            let bare = |value: &Value| value.decor().prefix().and_then(|prefix| prefix.as_str()) == Some("");
+            let began_bare = list.get(0).is_some_and(bare);
             list.retain(|value| value.as_inline_table().is_none_or(|own| keep(own)));
+            if let Some(first) = list.get_mut(0).filter(|_| began_bare) {
+                first.decor_mut().set_prefix("");
+            }
             false
         }
         Some(item) => item.as_table_like().is_some_and(|own| !keep(own)),

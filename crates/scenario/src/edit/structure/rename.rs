@@ -62,7 +62,7 @@ fn refers(way: &[&str], part: Part, key: &str) -> bool {
                 || (way == ["components"] && key == "vertex")
                 || (key == "joint" && way != ["steps", "drive"] && first != "mechanisms")
         }
-        Part::Section => way == ["branches"] && key == "section",
+        Part::Section => matches!(way, ["branches"] | ["branches", "sections"]) && key == "section",
         Part::Constraint => {
             named
                 || (begins && key == "name")

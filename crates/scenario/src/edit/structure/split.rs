@@ -5,15 +5,15 @@ mod guard;
 mod halves;
 
 use super::branches::add_joint;
-use super::entries::{append, copy_of, is, list, names, refused, set, unknown, vertices, word};
+use super::entries::{append, copy_of, is, list, names, refused, retain, set, unknown, vertices, word};
 use super::lengths::{length_like, metres, metres_of};
 use super::part::Part;
 use crate::edit::record;
 use crate::fault::Fault;
 use carried::carry_over;
 use guard::refuse_what_changes;
-use halves::{IDENTITY, SAME, Split};
-use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
+use halves::{IDENTITY, SAME, Side, Split};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 pub(super) fn split(
     text: &str,
@@ -90,6 +90,7 @@ fn halve(text: &str, document: &mut DocumentMut, split: &Split<'_>) -> Result<In
         set(*entry, "segments", first.into());
         set(&mut other, "segments", (count - first).max(1).into());
     }
+    halve_parts(*entry, &mut other, split);
     for key in ["path", "drawn"] {
         let Some(points) = entry.get(key).and_then(Item::as_array) else { continue };
         let [before, behind] = split_line(points, s / length).ok_or_else(|| {
@@ -100,6 +101,37 @@ fn halve(text: &str, document: &mut DocumentMut, split: &Split<'_>) -> Result<In
         set(&mut other, key, Value::Array(behind));
     }
     Ok(other)
+}
+
+/// The parts with another section on the half that they are on; one on both is cut.
+fn halve_parts(first: &mut dyn TableLike, second: &mut dyn TableLike, split: &Split<'_>) {
+    const PARTS: &str = "sections";
+    retain(first, PARTS, &mut |part| split.side(part) != Side::Second);
+    retain(second, PARTS, &mut |part| split.side(part) != Side::First);
+    for part in list(first, PARTS).into_iter().filter(|part| split.side(*part) == Side::Both) {
+        part.remove("to");
+        part.fmt();
+    }
+    for part in list(second, PARTS) {
+        let is_cut = split.side(part) == Side::Both;
+        for key in ["from", "to"] {
+            match split.behind(part.get(key)) {
+                Some(_) if key == "from" && is_cut => drop(part.remove(key)),
+                Some(place) => set(part, key, place),
+                None => {}
+            }
+        }
+        if is_cut {
+            part.fmt();
+        }
+    }
+    let drop_empty = |half: &mut dyn TableLike| {
+        if half.contains_key(PARTS) && list(half, PARTS).is_empty() {
+            half.remove(PARTS);
+        }
+    };
+    drop_empty(first);
+    drop_empty(second);
 }
 
 /// A branch of the document directly behind another one.

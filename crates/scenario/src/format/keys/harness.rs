@@ -2,7 +2,7 @@
 
 use super::identities::{COLOUR, DESCRIPTION, KBL, PART, SUPPLIER};
 use crate::format::form::{Family, Form, Keys, may, must};
-use crate::format::limits::{FRACTION, MAX_COUNT, NON_NEGATIVE, POSITIVE, SPAN_LENGTH};
+use crate::format::limits::{ANY, FRACTION, MAX_COUNT, NON_NEGATIVE, POSITIVE, SPAN_LENGTH};
 use wireloom_core::Quantity;
 
 /// A branch.
@@ -13,6 +13,7 @@ pub(crate) const BRANCH: Keys = Keys {
         must("from", Form::Name, "vertex where it begins"),
         must("to", Form::Name, "vertex where it ends"),
         must("section", Form::Name, "name of its section"),
+        may("sections", Form::Tables(&SECTION_PART), "parts of it with another section, such as under a tube"),
         must("length", Form::Number(Quantity::Length, SPAN_LENGTH), "unstressed length"),
         may("segments", Form::Count(1, MAX_COUNT), "number of segments; this or max_segment, or [mesh] accuracy"),
         may(
@@ -43,6 +44,16 @@ pub(crate) const BRANCH: Keys = Keys {
         SUPPLIER,
         COLOUR,
         KBL,
+    ],
+};
+
+/// A part of a branch with another section.
+const SECTION_PART: Keys = Keys {
+    what: "part",
+    keys: &[
+        must("section", Form::Name, "name of its section"),
+        may("from", Form::Number(Quantity::Length, ANY), "arc length where it begins; default 0"),
+        may("to", Form::Number(Quantity::Length, ANY), "arc length where it ends; default the end of the branch"),
     ],
 };
 

@@ -44,7 +44,7 @@ impl Samples<'_> {
         }
         let frame = &self.shape.frames[self.branch.rod.mesh().segment_frames[j]];
         let n = frame.inverse() * self.forces[j];
-        let by_stiffness = Vector::new(n.x / self.stiffness.y, n.y / self.stiffness.x, 0.0);
+        let by_stiffness = Vector::new(n.x / self.stiffness[j].y, n.y / self.stiffness[j].x, 0.0);
         offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
     }
 
@@ -133,7 +133,13 @@ impl Samples<'_> {
     /// Curvature and its derivatives from those of couplings with these coefficients.
     fn curvature(&self, couplings: [usize; 3], coefficients: &[[f64; 3]; 3]) -> Curvature {
         let of = |k: usize| couplings.iter().zip(coefficients[k]).map(|(c, factor)| self.curvature[*c] * factor).sum();
-        Curvature { own: of(0), rate: of(1), second: of(2), rest: self.rest, stiffness: self.stiffness }
+        Curvature {
+            own: of(0),
+            rate: of(1),
+            second: of(2),
+            rest: self.rest,
+            stiffness: *self.of_coupling(couplings[1]),
+        }
     }
 
     /// ∂D/∂κ of the couplings, N m², without edges and weight.
@@ -142,7 +148,7 @@ impl Samples<'_> {
         let lambda = self.shape.coupling_lengths;
         let mut moments = vec![Vector::zeros(); self.curvature.len()];
         for (c, moment) in moments.iter_mut().enumerate() {
-            let excess = self.discrete_stiffness[c] - self.stiffness;
+            let excess = self.discrete_stiffness[c] - self.of_coupling(c);
             *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * lambda[c];
         }
         for j in (0..mesh.segments()).filter(|j| !self.fine[*j]) {
@@ -173,7 +179,7 @@ impl Samples<'_> {
         let [start, end] = self.couplings(j);
         if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
             let distance = self.place[end] - self.place[start];
-            let moment = self.stiffness.component_mul(&rate) * (2.0 * factor * self.cells(j) / distance);
+            let moment = self.stiffness[j].component_mul(&rate) * (2.0 * factor * self.cells(j) / distance);
             moments[start] += moment;
             moments[end] -= moment;
         }
@@ -276,7 +282,7 @@ impl Samples<'_> {
             // The centrifugal potential V of nodes beside the centre line: `(ℓ²/24) ρ x′ᵀ ∂²V x′` per length.
             let rotation = &problem.conditions().rotation;
             if self.fine[j] && rotation.is_moving() {
-                let density = self.branch.section.linear_density;
+                let density = self.branch.sections.of(j).linear_density;
                 force += rotation.hessian() * self.shape.edge(j) * (density * l[j] / 12.0);
             }
             points[j] -= force;

@@ -5,6 +5,7 @@ use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::network::{Branch, BranchEnd};
 use wireloom_core::problem::Problem;
 use wireloom_core::rod::BranchShape;
+use wireloom_core::sections::SectionSpan;
 use wireloom_core::{State, Vector};
 
 /// Node of a mesh with curvature samples: those of its couplings.
@@ -20,8 +21,8 @@ pub(crate) struct Samples<'a> {
     pub(super) place: Vec<f64>,
     /// κ′ of each segment, 1/m²; `None` where a coupling of it is that of a joint.
     pub(super) rate: Vec<Option<Vector>>,
-    /// C of the section, N m².
-    pub(super) stiffness: Vector,
+    /// C of the section of each segment, N m².
+    pub(super) stiffness: Vec<Vector>,
     /// C of each coupling, N m².
     pub(super) discrete_stiffness: Vec<Vector>,
     /// β of the stations at the two ends of the branch, and within, where the scheme is of second order.
@@ -57,8 +58,15 @@ impl<'a> Samples<'a> {
         let mesh = branch.rod.mesh();
         let n = mesh.segments();
         // Where friction sticks; where it slips the stiffness is less, and so is the defect.
-        let stiffness = branch.section.sticking_diagonal();
-        let of_friction = stiffness - branch.section.lasting_diagonal();
+        let sticking = |span: &SectionSpan| {
+            let segments = span.segments.start..span.segments.end.min(n);
+            std::iter::repeat_n(span.section.sticking_diagonal(), segments.len())
+        };
+        let stiffness: Vec<Vector> = branch.sections.spans().iter().flat_map(sticking).collect();
+        let of_friction = |c: usize| {
+            let section = branch.sections.of(mesh.coupling_segment(c));
+            section.sticking_diagonal() - section.lasting_diagonal()
+        };
         let law = branch.rod.linear_law();
         let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
         let rest = law.as_ref().map_or_else(Vector::zeros, |law| law.curvature);
@@ -67,8 +75,8 @@ impl<'a> Samples<'a> {
         let variation = law.as_ref().map_or(0.0, |law| law.variation);
         let couplings = shape.coupling_lengths.len();
         let discrete_stiffness = match law {
-            Some(law) => law.couplings.iter().map(|own| own + of_friction).collect(),
-            None => vec![stiffness; couplings],
+            Some(law) => law.couplings.iter().enumerate().map(|(c, own)| own + of_friction(c)).collect(),
+            None => (0..couplings).map(|c| stiffness[mesh.coupling_segment(c)]).collect(),
         };
         let curvature: Vec<Vector> = shape
             .coupling_lengths
@@ -121,7 +129,8 @@ impl<'a> Samples<'a> {
             let bends = [0, 1].map(|end| {
                 let node = j + end;
                 let kappa = samples.at_node(j, end).unwrap_or_else(|| {
-                    samples.rest + (result.frame[node].inverse() * result.moment[node]).component_div(&stiffness)
+                    samples.rest
+                        + (result.frame[node].inverse() * result.moment[node]).component_div(&samples.stiffness[j])
                 });
                 result.frame[node] * kappa.cross(&Vector::z())
             });
@@ -144,6 +153,16 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// C of the section of a coupling, N m².
+    pub(super) fn of_coupling(&self, c: usize) -> &Vector {
+        &self.stiffness[self.branch.rod.mesh().coupling_segment(c)]
+    }
+
+    /// C of the sections beside a node, N m².
+    pub(super) fn beside(&self, node: usize) -> [&Vector; 2] {
+        [node.saturating_sub(1), node.min(self.stiffness.len() - 1)].map(|j| &self.stiffness[j])
+    }
+
     /// Order of the scheme all along the branch.
     pub(super) fn order(&self) -> u32 {
         let (mesh, l) = (self.branch.rod.mesh(), self.shape.rest_lengths);
@@ -154,8 +173,11 @@ impl<'a> Samples<'a> {
             let in_a_point = matches!(at, BranchEnd::Joint { .. }) && self.couplings(j)[end].is_none();
             in_a_point && (l[j] - self.joint_lengths[end]).abs() > 1e-6 * l[j]
         });
-        let differs = |own: &Vector| (own - self.stiffness).norm() > 1e-9 * self.stiffness.norm();
-        if self.discrete_stiffness.iter().any(differs) {
+        let differs = |(c, own): (usize, &Vector)| {
+            let section = self.of_coupling(c);
+            (own - section).norm() > 1e-9 * section.norm()
+        };
+        if self.discrete_stiffness.iter().enumerate().any(differs) {
             1
         } else if self.variation == 1.0 && self.fine.iter().all(|fine| *fine) && !(1..l.len()).any(graded) && !beside {
             4

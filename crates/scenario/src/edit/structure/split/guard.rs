@@ -64,11 +64,17 @@ fn refuse_places(text: &str, document: &mut DocumentMut, split: &Split<'_>) -> R
 /// Refuses a limit of bends while the branch moves: it counts as moving, or not, as a whole.
 fn refuse_moving_limit(text: &str, document: &DocumentMut, split: &Split<'_>) -> Result<(), Fault> {
     const LIMIT: &str = "min_bend_radius_moving";
-    let branches = document.get("branches").and_then(Item::as_array_of_tables);
-    let own = branches.and_then(|all| all.iter().find(|own| word(*own, "name") == Some(split.branch)));
-    let Some(section) = own.and_then(|own| word(own, "section")) else { return Ok(()) };
-    let keys = document.get("sections").and_then(|all| all.get(section)).and_then(Item::as_table_like);
-    if keys.is_some_and(|keys| keys.contains_key(LIMIT)) {
+    let mut own = document.clone();
+    let mut branches = list(own.as_table_mut(), "branches");
+    let Some(own) = branches.iter_mut().find(|own| is(**own, "name", split.branch)) else { return Ok(()) };
+    let parts = list(*own, "sections").into_iter().filter_map(|part| Some(word(part, "section")?.to_owned()));
+    let mut sections: Vec<String> = parts.collect();
+    sections.extend(word(&**own, "section").map(str::to_owned));
+    let is_limited = |section: &&String| {
+        let keys = document.get("sections").and_then(|all| all.get(section.as_str())).and_then(Item::as_table_like);
+        keys.is_some_and(|keys| keys.contains_key(LIMIT))
+    };
+    if let Some(section) = sections.iter().find(is_limited) {
         let message = format!(
             "section \"{section}\" has `{LIMIT}`, and branch \"{}\" counts as moving, or not, as a whole",
             split.branch

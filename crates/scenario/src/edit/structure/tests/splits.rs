@@ -242,3 +242,35 @@ fn a_bend_radius_while_moving_refuses_the_split() {
     let said = message(with_split(&limited, "trunk", 0.25, "trunk 2", "T"));
     assert!(said.contains("section \"cable\" has `min_bend_radius_moving`"), "{said}");
 }
+
+#[test]
+fn parts_with_another_section_stay_on_their_halves() {
+    let swept = TEXT.replace("[sweep]", "[other]");
+    let thin = "{ section = \"thin\", to = \"100 mm\" }";
+    let tube = "{ section = \"tube\", from = \"200 mm\", to = \"400 mm\" }";
+    let parts = format!("sections = [{thin}, {tube}, {{ section = \"thin\", from = \"500 mm\" }}]\n");
+    let own = "section = \"cable\"\n";
+    let plain = swept[..swept.find("[other]").unwrap()].replacen(own, &[own, &parts].concat(), 1);
+    let split = |s: f64| {
+        let text = with_split(&plain, "trunk", s, "trunk 2", "T").expect("inside it");
+        let lines = text.lines().filter(|line| line.starts_with("sections = ")).map(str::to_owned);
+        lines.collect::<Vec<_>>()
+    };
+    assert_eq!(
+        split(0.25),
+        [
+            format!("sections = [{thin}, {{ section = \"tube\", from = \"200 mm\" }}]"),
+            "sections = [{ section = \"tube\", to = \"150 mm\" }, { section = \"thin\", from = \"250 mm\" }]"
+                .to_owned(),
+        ]
+    );
+    assert_eq!(
+        split(0.45),
+        [format!("sections = [{thin}, {tube}]"), "sections = [{ section = \"thin\", from = \"50 mm\" }]".to_owned()]
+    );
+    assert_eq!(split(0.05).len(), 2);
+    let named = renamed(&plain, Part::Section, "cable", "wire").expect("a section");
+    assert!(named.contains("section = \"wire\"\nsections = [{ section = \"thin\""), "{named}");
+    let bare = plain.replacen("{ section = \"thin\", from = \"500 mm\" }", "{ section = \"cable\", from = 0.5 }", 1);
+    assert!(renamed(&bare, Part::Section, "cable", "wire").expect("a section").contains("{ section = \"wire\", from"));
+}
