@@ -85,7 +85,7 @@ def solids(harness: Object) -> list[Object]:
 
 
 def step(harness: Object, filename: str) -> None:
-    """Writes the tubes of all branches as STEP, each a solid with the name of its branch.
+    """Writes the tubes of all branches as STEP, each with the name of its branch: a solid, or one for each of its parts.
 
     Raises:
         Fault: as `solids`.

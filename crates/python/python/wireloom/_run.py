@@ -278,7 +278,8 @@ class Branch:
             return np.full(len(self), everywhere)
         ends = [part.end for part in self.sections[:-1]]
         before, after = (np.array(values)[np.searchsorted(ends, self.s, side=side)] for side in ("left", "right"))
-        return np.fmax(before, after)
+        greater: Array = np.fmax(before, after)
+        return greater
 
     @property
     def twist_turns(self) -> float:
