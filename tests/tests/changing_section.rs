@@ -116,6 +116,24 @@ fn each_section_is_held_to_its_own_limits() {
     assert!(!(0.3 + 1e-9..0.4 - 1e-9).contains(&s), "{of_thin:?}");
 }
 
+/// Beside a stiff sleeve a cable bends a thousand times as tightly as that does: its error would be all that is known
+/// of the sleeve.
+#[test]
+fn the_error_of_a_soft_part_is_not_that_of_the_stiff_part_beside_it() {
+    let stiff = thick("sleeve").replace("0.03", "10.0").replace("0.024", "8.0") + "min_bend_radius = \"30 m\"\n";
+    let plugs = connector("plug-A", "A", [0.0; 3])
+        + &connector_along("plug-B", "B", [0.3, 0.2, 0.05], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    let line = |segments: usize| {
+        let cable = with_part(&branch("cable", ["A", "B"], "thin", 0.7, segments), "sleeve", [0.3, 0.4]);
+        let run = converged(&[STEM, &section("thin"), &stiff, &cable, &plugs].concat());
+        run.requirements.into_iter().find(|line| line.name == "sleeve").expect("its limit")
+    };
+    let [coarse, fine] = [21, 280].map(line);
+    assert_eq!(coarse.verdict, Verdict::Pass, "{coarse:?}");
+    let [off, stated] = [(coarse.worst.unwrap() - fine.worst.unwrap()).abs(), coarse.error.unwrap()];
+    assert!(off < stated && stated < 0.3 * coarse.worst.unwrap(), "{off} m off, {stated} m stated: {coarse:?}");
+}
+
 /// A straight cable beside a wall: its clearance is that of the thicker part where that is, and where the wall touches
 /// the thin part alone, that of the thin one. The same between two cables.
 #[test]
@@ -156,6 +174,32 @@ fn a_cable_is_as_far_from_a_wall_as_its_section_there_is_thick() {
     for (name, exact) in [("thin", 0.02 - 0.003), ("thick", 0.02 - 0.006), ("apart", 0.03 - 0.003 - 0.006)] {
         assert!((worst(name) - exact).abs() < 1e-9, "{name}: {} m instead of {exact} m", worst(name));
     }
+}
+
+/// Two tubes press into each other by 1.5 mm, of 2 mm that they may; the bare cables beside them by 1 mm, of 0.4 mm.
+/// The deepest place alone was looked at.
+#[test]
+fn thin_parts_that_lie_in_each_other_are_seen_beside_tubes_that_press_deeper() {
+    let thin = section("thin").replace("6 mm", "4 mm");
+    let tube = thick("tube").replace("12 mm", "20 mm");
+    let straight = |name: &str, [start, end]: [&str; 2], y: [f64; 2]| {
+        let way = Vector::new(0.5, y[1] - y[0], 0.0);
+        let tangent = way.normalize();
+        let plug = |vertex: &str, x: f64, y: f64| {
+            connector_along(&format!("plug {vertex}"), vertex, [x, y, 0.0], tangent.into(), [0.0, 0.0, 1.0])
+        };
+        with_part(&branch(name, [start, end], "thin", way.norm(), 100), "tube", [0.1, 0.2])
+            + &plug(start, 0.0, y[0])
+            + &plug(end, 0.5, y[1])
+    };
+    // 18.5 mm apart at 0.2 m, and 3 mm at the end.
+    let slope = 0.0155 / 0.3;
+    let other = straight("other", ["C", "D"], [0.0185 + 0.2 * slope, 0.003]);
+    let run = converged(&[WEIGHTLESS, &thin, &tube, &straight("cable", ["A", "B"], [0.0; 2]), &other].concat());
+    let line = run.requirements.iter().find(|line| line.name == "cables lie side by side").expect("its line");
+    assert_eq!(line.verdict, Verdict::Fail, "{line:?}");
+    let (depth, s) = (line.worst.expect("a depth"), line.place.s.expect("a place"));
+    assert!((depth - 0.001).abs() < 1e-5 && s > 0.48 && (line.limit - 0.0004).abs() < 1e-9, "{line:?}");
 }
 
 /// A cable between plugs just above a table lies on it with its thick part alone, at the radius of that.

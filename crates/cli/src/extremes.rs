@@ -19,7 +19,7 @@ pub struct Load {
     pub step: String,
 }
 
-/// The tightest bend of a branch.
+/// The bend of a branch that is nearest to its limit; without one, the tightest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
     /// The branch.
@@ -89,11 +89,11 @@ impl Extremes {
             });
         }
         let bend = &mut self.bends[k];
-        for (s, radius, limit) in branch.bends() {
-            if radius < bend.radius {
-                (bend.radius, bend.s, bend.limit) = (radius, s, limit);
-                step.clone_into(&mut bend.step);
-            }
+        let known = wireloom::result::Bend { s: bend.s, radius: bend.radius, limit: bend.limit };
+        let worst = branch.bends().min_by(wireloom::result::Bend::compare);
+        if let Some(own) = worst.filter(|own| own.compare(&known).is_lt()) {
+            (bend.radius, bend.s, bend.limit) = (own.radius, own.s, own.limit);
+            step.clone_into(&mut bend.step);
         }
     }
 }

@@ -7,7 +7,7 @@ pub use crate::event::{Event, EventKind, EventPlace, Moment};
 use crate::identity::Identities;
 pub use crate::requirement::{RequirementResult, Violation};
 use crate::requirement::{Verdict, verdict};
-use crate::sections::SectionResult;
+use crate::sections::{Bend, SectionResult};
 use crate::status::Status;
 use crate::{Pose, Rotation, Vector};
 pub use deviation::{Deviation, DeviationCause};
@@ -365,6 +365,12 @@ impl BranchResult {
         beyond.filter(|_| sides.is_some_and(|[before, after]| after < before)).or(self.sections.get(next))
     }
 
+    /// Diameter along a segment, m.
+    pub fn diameter_of(&self, segment: usize) -> f64 {
+        let middle = 0.5 * (self.s[segment] + self.s[segment + 1]);
+        self.sections.iter().find(|part| middle <= part.to).map_or(self.diameter, |part| part.diameter)
+    }
+
     /// Diameter at a node, m.
     pub fn diameter_at(&self, node: usize) -> f64 {
         self.section_at(node).map_or(self.diameter, |part| part.diameter)
@@ -375,12 +381,17 @@ impl BranchResult {
         self.section_at(node).map_or(self.bend_radius_limit, |part| part.bend_radius_limit)
     }
 
-    /// Arc length, bend radius and smallest one allowed (m) at each node; where two sections meet, on either side.
-    pub fn bends(&self) -> impl Iterator<Item = (f64, f64, Option<f64>)> {
-        let at = move |node: usize| (self.s[node], self.bend_radius[node], self.bend_radius_limit_at(node));
+    /// The bend at each node; where two sections meet, on either side.
+    pub fn bends(&self) -> impl Iterator<Item = Bend> {
+        let at = move |node: usize| Bend {
+            s: self.s[node],
+            radius: self.bend_radius[node],
+            limit: self.bend_radius_limit_at(node),
+        };
         let meeting = self.sections.windows(2).filter_map(move |parts| {
             let own = self.sides.iter().find(|own| self.s[own.node] >= parts[0].to)?;
-            let side = |k: usize| (parts[0].to, own.bend_radius[k], parts[k].bend_radius_limit);
+            let side =
+                |k: usize| Bend { s: parts[0].to, radius: own.bend_radius[k], limit: parts[k].bend_radius_limit };
             (self.s[own.node] <= parts[1].from).then(|| [side(0), side(1)])
         });
         (0..self.s.len()).map(at).chain(meeting.flatten())

@@ -2,6 +2,7 @@
 
 use crate::Section;
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// Sections of a branch: one for the whole branch, or one for each of its spans. Where two spans meet the mesh has a
@@ -36,6 +37,29 @@ pub struct SectionResult {
     pub bend_radius_limit: Option<f64>,
     /// Axial stiffness EA, N.
     pub axial_stiffness: f64,
+}
+
+/// Bend at a place of a branch, in a result.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bend {
+    /// Arc length, m.
+    pub s: f64,
+    /// Bend radius, m; infinite where straight.
+    pub radius: f64,
+    /// Smallest bend radius allowed there, m.
+    pub limit: Option<f64>,
+}
+
+impl Bend {
+    /// Limit over radius: above 1 it is too tight; 0 without a limit, or if there is no radius.
+    pub fn use_of_limit(&self) -> f64 {
+        self.limit.map_or(0.0, |limit| (limit / self.radius).max(0.0))
+    }
+
+    /// The bend nearest to its limit, or farthest beyond it, comes first; without limits the tighter one.
+    pub fn compare(&self, other: &Self) -> Ordering {
+        other.use_of_limit().total_cmp(&self.use_of_limit()).then(self.radius.total_cmp(&other.radius))
+    }
 }
 
 impl From<Section> for Sections {
@@ -116,6 +140,11 @@ impl Sections {
         self.iter().filter_map(|section| section.min_bend_radius).reduce(f64::max)
     }
 
+    /// The least diameter, m.
+    pub fn thinnest(&self) -> f64 {
+        self.iter().map(|section| section.diameter).fold(f64::INFINITY, f64::min)
+    }
+
     /// The greatest diameter, m.
     pub fn diameter(&self) -> f64 {
         self.iter().map(|section| section.diameter).fold(0.0, f64::max)
@@ -159,5 +188,18 @@ mod tests {
         assert_eq!((all.diameter(), all.only()), (3.0, None));
         let one = Sections::from(section(4.0));
         assert_eq!((one.of(7).diameter, one.only().map(|own| own.diameter)), (4.0, Some(4.0)));
+    }
+
+    /// A tube that is bent beyond its own limit was not told of beside a bare cable that may be bent more tightly.
+    #[test]
+    fn the_bend_nearest_to_its_limit_comes_first() {
+        let bend = |radius, limit| Bend { s: 0.0, radius, limit };
+        let bare = bend(0.03, Some(0.02));
+        let tube = bend(0.08, Some(0.1));
+        let others = [bend(f64::INFINITY, Some(0.1)), bend(0.001, None), bend(0.002, None), bend(f64::NAN, Some(0.1))];
+        let mut all = [bare, others[0], tube, others[2], others[1], others[3]];
+        all.sort_by(Bend::compare);
+        assert_eq!(all[..4], [tube, bare, others[1], others[2]]);
+        assert!(tube.use_of_limit() > 1.0 && bare.use_of_limit() < 1.0);
     }
 }

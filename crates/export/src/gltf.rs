@@ -208,12 +208,8 @@ fn tube(branch: &BranchResult) -> Mesh {
     let mut mesh = Mesh::default();
     let sides = SIDES as u32;
     let last = branch.position.len() - 1;
-    let radii = |node: usize| {
-        let of =
-            |s: f64| branch.sections.iter().find(|part| s <= part.to).map_or(branch.diameter, |part| part.diameter);
-        let middle = |j: usize| 0.5 * of(0.5 * (branch.s[j] + branch.s[j + 1]));
-        [node.saturating_sub(1), node.min(last - 1)].map(middle)
-    };
+    let radii =
+        |node: usize| [node.saturating_sub(1), node.min(last - 1)].map(|segment| 0.5 * branch.diameter_of(segment));
     for (node, (x, frame)) in branch.position.iter().zip(&branch.frame).enumerate() {
         let [d1, d2, _] = columns(frame);
         let [before, after] = radii(node);

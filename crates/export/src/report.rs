@@ -32,6 +32,7 @@ use wireloom_core::equilibrium::{BranchResult, ConstraintResult, Run, SlideMotio
 use wireloom_core::event::grouped;
 use wireloom_core::identity::{Identified, Identities};
 use wireloom_core::obstacle::Obstacle;
+use wireloom_core::sections::Bend;
 use wireloom_core::{Event, Status, Vector};
 
 /// In a run with more steps than this, only steps with events, the first and the last have pictures.
@@ -337,10 +338,8 @@ fn reaction(constraint: &ConstraintResult, part: Option<&str>) -> Markup {
 /// A branch over all steps that ended in an equilibrium.
 struct Course<'a> {
     last: &'a BranchResult,
-    /// Tightest bend: step, radius and arc length, m.
-    tightest: (usize, f64, f64),
-    /// Smallest bend radius allowed there, m.
-    limit: Option<f64>,
+    /// Step and bend that is nearest to its limit; without one, the tightest.
+    tightest: (usize, Bend),
     /// Largest tension or compression: step and tension, N.
     pulled: (usize, f64),
 }
@@ -348,14 +347,13 @@ struct Course<'a> {
 impl<'a> Course<'a> {
     fn of(k: usize, ends: &[&'a StepResult]) -> Option<Self> {
         let last = &ends.last()?.branches[k];
-        let (mut tightest, mut pulled) = ((0, f64::INFINITY, 0.0), (0, 0.0_f64));
-        let mut limit = last.bend_radius_limit;
+        let straight = Bend { s: 0.0, radius: f64::INFINITY, limit: last.bend_radius_limit };
+        let (mut tightest, mut pulled) = ((0, straight), (0, 0.0_f64));
         for (step, end) in ends.iter().enumerate() {
             let branch = &end.branches[k];
-            for (s, radius, of_section) in branch.bends() {
-                if radius < tightest.1 {
-                    (tightest, limit) = ((step, radius, s), of_section);
-                }
+            let worst = branch.bends().min_by(Bend::compare);
+            if let Some(bend) = worst.filter(|bend| bend.compare(&tightest.1).is_lt()) {
+                tightest = (step, bend);
             }
             for i in 0..branch.s.len() {
                 let tension = Local::at(branch, i).tension;
@@ -364,12 +362,7 @@ impl<'a> Course<'a> {
                 }
             }
         }
-        Some(Self { last, tightest, limit, pulled })
-    }
-
-    /// Limit of the bend radius over the smallest one: above 1 the bend is too tight; 0 where there is no limit.
-    fn use_of_limit(&self) -> f64 {
-        self.limit.map_or(0.0, |limit| limit / self.tightest.1)
+        Some(Self { last, tightest, pulled })
     }
 }
 
@@ -378,7 +371,7 @@ fn branches(ends: &[&StepResult]) -> Markup {
     let ends = ends.as_slice();
     let count = ends.last().map_or(0, |end| end.branches.len());
     let mut courses: Vec<Course> = (0..count).filter_map(|k| Course::of(k, ends)).collect();
-    courses.sort_by(|a, b| b.use_of_limit().total_cmp(&a.use_of_limit()).then(a.tightest.1.total_cmp(&b.tightest.1)));
+    courses.sort_by(|a, b| a.tightest.1.compare(&b.tightest.1));
     html! {
         section id="branches" {
             h2 { "Branches" }
@@ -392,16 +385,16 @@ fn branches(ends: &[&StepResult]) -> Markup {
                     ">largest tension [N]", "in step",
                 ]))
                 tbody { @for (k, course) in courses.iter().enumerate() {
-                    tr class=[(course.use_of_limit() > 1.0).then_some("trouble")] {
+                    tr class=[(course.tightest.1.use_of_limit() > 1.0).then_some("trouble")] {
                         td { a href={ "#b" (k) } { (course.last.name) } }
-                        td class="n" { (radius(course.tightest.1)) }
-                        td class="n" { (course.limit.map_or_else(|| "no limit".into(), millimetres)) }
+                        td class="n" { (radius(course.tightest.1.radius)) }
+                        td class="n" { (course.tightest.1.limit.map_or_else(|| "no limit".into(), millimetres)) }
                         td class="n" {
-                            @if course.limit.is_some() {
-                                (fixed(100.0 * course.use_of_limit(), 0)) " %"
+                            @if course.tightest.1.limit.is_some() {
+                                (fixed(100.0 * course.tightest.1.use_of_limit(), 0)) " %"
                             }
                         }
-                        td class="n" { @if course.tightest.1.is_finite() { (millimetres(course.tightest.2)) } }
+                        td class="n" { @if course.tightest.1.radius.is_finite() { (millimetres(course.tightest.1.s)) } }
                         td { (ends[course.tightest.0].name) }
                         td class="n" { (fixed(course.pulled.1, 3)) }
                         td { (ends[course.pulled.0].name) }
@@ -437,7 +430,7 @@ fn plots_of(course: &Course<'_>, ends: &[&StepResult]) -> Markup {
             (PreEscaped(plots::bend_radius(&curves(course.tightest.0))))
             figcaption {
                 "bend radius [mm] along s [mm]: " (legend(course.tightest.0))
-                @if course.limit.is_some() { " " span class="limit" { "limit" } }
+                @if course.tightest.1.limit.is_some() { " " span class="limit" { "limit" } }
             }
         }
         figure {

@@ -86,7 +86,7 @@ pub(super) fn convert(
     }
     let holding = Holding { document, laid: &laid, incidences: &incidences };
     let (constraints, names) = holding.constraints(options.arrangement, findings);
-    end_at_clips(&mut branches, &constraints);
+    end_apart(&mut branches, &laid, &constraints);
     let named: Vec<(String, f64)> = branch_names.iter().cloned().zip(laid.iter().map(|laid| laid.length)).collect();
     let kept = identities::keep(document, &constraints, names, &vertices, &named);
     let name = options.name.as_ref().or(document.name.as_ref()).cloned().unwrap_or_else(|| "harness".to_owned());
@@ -150,14 +150,29 @@ fn sections(document: &Document, laid: &[Laid]) -> (Vec<Section>, Vec<Vec<usize>
     (sections, section_of)
 }
 
-/// Lets parts end where a clip is nearer than half of a diameter: no segment between both is then so short.
-fn end_at_clips(branches: &mut [Branch], constraints: &[Constraint]) {
-    for constraint in constraints.iter().filter(|own| own.role == Role::Clip) {
+/// Lets parts within a branch end at least half of a diameter away from what holds it, or at it: no segment between
+/// both is then so short. A cable slides through a guide only up to the end of a part, so that is never at one.
+fn end_apart(branches: &mut [Branch], laid: &[Laid], constraints: &[Constraint]) {
+    for constraint in constraints {
         let Place::Along { branch, s } = constraint.at else { continue };
-        let near = 0.5 * branches[branch].diameter;
-        for end in branches[branch].parts.iter_mut().flat_map(|part| &mut part.range) {
-            if (*end - s).abs() < near {
-                *end = s;
+        let parts = &laid[branch].parts;
+        for pair in parts.windows(2) {
+            let end = pair[0].range[1];
+            let near = 0.5 * pair[0].bundle.diameter.max(pair[1].bundle.diameter);
+            if (end - s).abs() >= near {
+                continue;
+            }
+            let place = match constraint.role {
+                Role::Guide if end < s => s - near,
+                Role::Guide => s + near,
+                Role::Connector | Role::Clip => s,
+            };
+            // Both parts keep the greater part of their length.
+            let fits = place > 0.5 * (pair[0].range[0] + end) && place < 0.5 * (end + pair[1].range[1]);
+            for own in branches[branch].parts.iter_mut().flat_map(|part| &mut part.range).filter(|_| fits) {
+                if *own == end {
+                    *own = place;
+                }
             }
         }
     }

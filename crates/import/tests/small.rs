@@ -326,6 +326,9 @@ fn coverings_are_where_the_file_says() {
     assert_eq!(parts(&[[0.1, 0.2], [0.2, 0.3], [0.6, 0.7]]), [[0.1, 0.3], [0.6, 0.7]]);
     assert_eq!(parts(&[[0.0, 0.3], [0.4, 1.0]]), [[0.3, 0.4]]);
     assert_eq!(parts(&[[0.0, 1.0]]), [[0.0; 2]; 0]);
+    // An end within half of a diameter of the clip at the middle is at the clip.
+    assert_eq!(parts(&[[0.0, 0.505], [0.8, 0.9]]), [[0.5, 0.8], [0.9, 1.0]]);
+    assert_eq!(parts(&[[0.0, 0.52], [0.8, 0.9]]), [[0.52, 0.8], [0.9, 1.0]]);
     // 1.5 mm of bare wires of 4 mm, between and at the end.
     assert_eq!(parts(&[[0.0, 0.5], [0.505, 0.995]]), [[0.0; 2]; 0]);
     let found = covered(&[[0.0, 0.5], [0.505, 0.995]]).findings;

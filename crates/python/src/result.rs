@@ -183,6 +183,20 @@ impl Branch {
         self.get().axial_stiffness
     }
 
+    /// At each node, m.
+    #[getter]
+    fn diameters(&self) -> Vec<f64> {
+        let own = self.get();
+        (0..own.s.len()).map(|node| own.diameter_at(node)).collect()
+    }
+
+    /// At each node, m; NaN where there is none.
+    #[getter]
+    fn bend_radius_limits(&self) -> Vec<f64> {
+        let own = self.get();
+        (0..own.s.len()).map(|node| own.bend_radius_limit_at(node).unwrap_or(f64::NAN)).collect()
+    }
+
     /// Name, both arc lengths, diameter, limit of the bend radius and EA of each part with a section of its own.
     #[getter]
     fn sections(&self) -> Vec<(String, f64, f64, f64, Option<f64>, f64)> {

@@ -253,7 +253,7 @@ impl Trial {
     fn sizes(&self, scenario: &Scenario, complete: bool) -> Sizes {
         let of_branch = |(b, wanted): (usize, &Vec<[f64; 2]>)| {
             let own = &scenario.branches[b];
-            let shortest = SHORTEST * scenario.diameter(own);
+            let shortest = SHORTEST * scenario.thinnest(own);
             let lengths = &self.network[b].lengths;
             let mut ends = vec![0.0];
             ends.extend(lengths.iter().scan(0.0, |s, length| {

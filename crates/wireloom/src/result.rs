@@ -32,5 +32,5 @@ pub use wireloom_core::requirement::{
     Bound, Measure, Motion, Origin, Part, Requirement, RequirementResult, Severity, Verdict, Violation, by_urgency,
     verdict,
 };
-pub use wireloom_core::sections::SectionResult;
+pub use wireloom_core::sections::{Bend, SectionResult};
 pub use wireloom_core::status::Status;

@@ -40,14 +40,14 @@ const ACCURACY: f64 = 0.02;
 /// A note for each branch whose mesh is too coarse to tell whether it keeps its bend radius.
 fn coarse_meshes(network: &Network, steps: &[StepResult]) -> Vec<String> {
     let note = |(b, branch): (usize, &Branch)| {
-        let limit = branch.sections.bend_radius_limit()?;
+        // The error is that of the tightest bend.
         let bends = steps.iter().filter_map(|step| {
             let result = &step.branches[b];
-            let radius = result.bend_radius.iter().copied().fold(f64::INFINITY, f64::min);
-            Some((radius, result.error?.bend_radius?))
+            let tightest = result.bends().min_by(|a, b| a.radius.total_cmp(&b.radius))?;
+            Some((tightest.radius, result.error?.bend_radius?, tightest.limit?))
         });
-        let (radius, error) = bends
-            .filter(|(radius, error)| *radius <= REACH * limit && *error > COARSE * radius)
+        let (radius, error, limit) = bends
+            .filter(|(radius, error, limit)| *radius <= REACH * limit && *error > COARSE * radius)
             .max_by(|a, b| (a.1 / a.0).total_cmp(&(b.1 / b.0)))?;
         let segments = branch.rod.mesh().segments();
         // The error of the curvature goes with the square of the length of segments.

@@ -151,10 +151,6 @@ class Joint:
 _Row = TypeVar("_Row")
 
 
-def _or_nan(value: float | None) -> float:
-    return np.nan if value is None else value
-
-
 class Table(Generic[_Row]):
     """Rows of a result, which are also a table of Arrow: pandas (`DataFrame.from_arrow`), polars, pyarrow (`table`) and
     DuckDB take it by Arrow's PyCapsule interface. None of them is a dependency.
@@ -262,24 +258,14 @@ class Branch:
 
     @property
     def diameters(self) -> Array:
-        """Diameter at each node, m, shape (n,); where two sections meet, the greater one."""
-        return self._of_sections([part.diameter for part in self.sections], self.diameter)
+        """Diameter at each node, m, shape (n,); where two sections meet, of the one that bends more tightly."""
+        return _vector(self._handle.diameters)
 
     @property
     def bend_radius_limits(self) -> Array:
-        """Smallest bend radius allowed at each node, m, shape (n,); NaN where there is none, and the greater one where
-        two sections meet."""
-        limits = [_or_nan(part.bend_radius_limit) for part in self.sections]
-        return self._of_sections(limits, _or_nan(self.bend_radius_limit))
-
-    def _of_sections(self, values: Sequence[float], everywhere: float) -> Array:
-        """A value of each part at the nodes."""
-        if not values:
-            return np.full(len(self), everywhere)
-        ends = [part.end for part in self.sections[:-1]]
-        before, after = (np.array(values)[np.searchsorted(ends, self.s, side=side)] for side in ("left", "right"))
-        greater: Array = np.fmax(before, after)
-        return greater
+        """Smallest bend radius allowed at each node, m, shape (n,); NaN where there is none. Where two sections meet, of
+        the one that bends more tightly, which `bend_radius` is of."""
+        return _vector(self._handle.bend_radius_limits)
 
     @property
     def twist_turns(self) -> float:

@@ -40,9 +40,22 @@ impl Divided {
 }
 
 impl Scenario {
+    /// The least diameter of a branch, m.
+    pub fn thinnest(&self, branch: &Branch) -> f64 {
+        branch.sections().map(|section| self.sections[section].diameter).fold(f64::INFINITY, f64::min)
+    }
+
     /// The greatest diameter of a branch, m.
     pub fn diameter(&self, branch: &Branch) -> f64 {
-        branch.sections().map(|section| self.sections[section].diameter).fold(0.0, f64::max)
+        self.diameter_within(branch, [0.0, branch.length])
+    }
+
+    /// The same between two arc lengths, m, both included.
+    pub(crate) fn diameter_within(&self, branch: &Branch, [from, to]: [f64; 2]) -> f64 {
+        let near = Branch::COINCIDENT * branch.length;
+        let spans = branch.section_spans().into_iter();
+        let within = spans.filter(|span| span.range[0] <= to + near && span.range[1] >= from - near);
+        within.map(|span| self.sections[span.section].diameter).fold(0.0, f64::max)
     }
 
     /// Gives every branch the mesh of the same branch of `other`: as many segments in each span between attachments,

@@ -281,21 +281,22 @@ impl Scenario {
     }
 
     fn constraint_spec(&self, constraint: &Constraint) -> ConstraintSpec {
-        let diameter = |branch: usize| self.diameter(&self.branches[branch]);
         let station = |at: &At| match at {
             At::Branch { branch, s } => {
-                let place = Some((self.branches[*branch].name.clone(), *s));
-                StationSpec { place, diameter: diameter(*branch) }
+                let own = &self.branches[*branch];
+                let place = Some((own.name.clone(), *s));
+                StationSpec { place, diameter: self.diameter_within(own, [*s, *s]) }
             }
             At::Joint(joint) => {
-                let arms = self.joints[*joint].arms.iter().map(|arm| diameter(arm.branch));
+                let end = |arm: &crate::scenario::Arm| self.branches[arm.branch].end_section(arm.starts_here);
+                let arms = self.joints[*joint].arms.iter().map(|arm| self.sections[end(arm)].diameter);
                 StationSpec { place: None, diameter: arms.fold(0.0, f64::max) }
             }
         };
         let span = |span: &Stretch| SpanSpec {
             branch: self.branches[span.branch].name.clone(),
             range: (span.from, span.to),
-            diameter: diameter(span.branch),
+            diameter: self.diameter_within(&self.branches[span.branch], [span.from, span.to]),
         };
         ConstraintSpec {
             name: constraint.name.clone(),

@@ -1,7 +1,7 @@
 //! Provisional places of clips that close at the nearest place of a branch.
 
 use crate::attachment::At;
-use crate::scenario::{Branch, Constraint, Load};
+use crate::scenario::{Branch, Constraint, Load, SectionPart};
 use wireloom_core::Vector;
 
 /// Attachments closer than this fraction of the branch leave no room for another one between them.
@@ -21,7 +21,6 @@ pub(crate) fn place_nearest(constraints: &mut [Constraint], loads: &[Load], bran
         let At::Branch { branch, .. } = constraint.place() else { continue };
         let Some(own) = branches.get(branch) else { continue };
         let mut places: Vec<f64> = taken.iter().filter(|(b, _)| *b == branch).map(|(_, s)| *s).collect();
-        places.extend(own.section_spans().iter().map(|span| span.range[0]));
         places.extend([0.0, own.length]);
         places.sort_by(f64::total_cmp);
         let mut known = drawn(own);
@@ -35,10 +34,21 @@ pub(crate) fn place_nearest(constraints: &mut [Constraint], loads: &[Load], bran
             let longest = places.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
             Some(0.5 * (longest[0] + longest[1]))
         });
-        let s = s.unwrap_or(0.5 * own.length);
+        let s = beside_changes(&own.section_spans(), own.length, s.unwrap_or(0.5 * own.length));
         constraint.at = vec![At::Branch { branch, s }];
         taken.push((branch, s));
     }
+}
+
+/// The place itself, or one apart from where the section changes on a branch of this length (m), on the same side.
+fn beside_changes(spans: &[SectionPart], length: f64, s: f64) -> f64 {
+    let Some(own) = spans.iter().find(|span| s <= span.range[1]) else { return s };
+    let [from, to] = own.range;
+    let apart = (CROWDED * length).min(0.25 * (to - from));
+    let (first, last) = (spans[0].range[0], spans[spans.len() - 1].range[1]);
+    let low = if from > first { from + apart } else { from };
+    let high = if to < last { to - apart } else { to };
+    s.clamp(low, high)
 }
 
 /// Arc lengths (m) and points of a branch's drawn path, scaled to the length of the branch.
@@ -93,5 +103,20 @@ mod tests {
         assert_eq!(near(&known[..1], Vector::new(0.3, 0.0, 0.0)), Some(0.3));
         assert_eq!(near(&[(0.5, Vector::zeros())], Vector::new(0.3, 0.0, 0.0)), None);
         assert_eq!(near(&[], at(0.0)), None);
+    }
+
+    /// A clip that closes near a change of section stays on its side of it, and near it.
+    #[test]
+    fn a_provisional_place_is_apart_from_a_change_of_section_on_its_side() {
+        let place = |s| beside_changes(&[(0, [0.0, 0.2]), (1, [0.2, 0.5]), (0, [0.5, 1.0])].map(span), 1.0, s);
+        let near = |s: f64, expected: f64| assert!((place(s) - expected).abs() < 1e-12, "{} at {s}", place(s));
+        for (s, expected) in [(0.19, 0.18), (0.201, 0.22), (0.4, 0.4), (0.499, 0.48), (0.501, 0.52), (0.005, 0.005)] {
+            near(s, expected);
+        }
+        assert!((beside_changes(&[span((0, [0.0, 0.01])), span((1, [0.01, 1.0]))], 1.0, 0.009) - 0.0075).abs() < 1e-12);
+    }
+
+    fn span((section, range): (usize, [f64; 2])) -> SectionPart {
+        SectionPart { section, range }
     }
 }

@@ -11,6 +11,7 @@ use wireloom_core::equilibrium::{BranchResult, Clearance, ClearanceFrom, StepRes
 use wireloom_core::network::{APART, BranchEnd};
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::requirement::SOFT;
+use wireloom_core::sections::SectionResult;
 use wireloom_core::{Moment, Network, Pose, Vector};
 
 /// Clearances in one equilibrium, with the obstacles at these poses, in the order of the harness: of every branch from
@@ -123,6 +124,9 @@ struct Way {
 pub(crate) struct Cables<'n> {
     network: &'n Network,
     lines: Vec<Line>,
+    /// Of each branch, the parts with sections of their own: arc lengths of both ends, and radius, m. Empty where the
+    /// section does not change.
+    sections: Vec<Vec<([f64; 2], f64)>>,
     fine: OnceLock<FineLines>,
     overlaps: OnceLock<Vec<CableOverlap>>,
 }
@@ -139,7 +143,9 @@ impl<'n> Cables<'n> {
     /// The cables of a network, with the results of all its branches.
     pub fn new(network: &'n Network, branches: &[BranchResult]) -> Self {
         let lines = network.map(branches.len(), |b| Line::of(&branches[b]));
-        Self { network, lines, fine: OnceLock::new(), overlaps: OnceLock::new() }
+        let part = |part: &SectionResult| ([part.from, part.to], 0.5 * part.diameter);
+        let sections = branches.iter().map(|branch| branch.sections.iter().map(part).collect()).collect();
+        Self { network, lines, sections, fine: OnceLock::new(), overlaps: OnceLock::new() }
     }
 
     /// To be called before threads share work that needs these lines: one that waits for them could be the one that
@@ -148,7 +154,9 @@ impl<'n> Cables<'n> {
         self.fine.get_or_init(|| {
             let thickest = self.lines.iter().map(|line| line.radius).fold(0.0, f64::max);
             let zone = 2.0 * APART * thickest;
-            let lines = self.network.map(self.lines.len(), |b| self.lines[b].divided(zone));
+            let thinnest =
+                |b: usize| self.sections[b].iter().map(|(_, radius)| *radius).fold(self.lines[b].radius, f64::min);
+            let lines = self.network.map(self.lines.len(), |b| self.lines[b].divided(zone, thinnest(b)));
             FineLines { lines, near: self.network.near_joints(zone) }
         })
     }
@@ -167,13 +175,33 @@ impl<'n> Cables<'n> {
 
     /// Clearance of a part of a branch from an obstacle at `pose`, and where it is least.
     pub fn clearance_from_obstacle(&self, part: CablePart, obstacle: &Obstacle, pose: &Pose) -> Place {
-        let place = part_of(&self.lines, part).nearest_to(pose, |x, reach| obstacle.shape.distance(x, reach));
-        Place { distance: place.distance - self.lines[part.branch].radius, ..place }
+        let clearance = |piece: &Cow<'_, Line>| {
+            let place = piece.nearest_to(pose, |x, reach| obstacle.shape.distance(x, reach));
+            Place { distance: place.distance - piece.radius, ..place }
+        };
+        let all = self.pieces(&self.lines, part);
+        let rest = all[1..].iter().map(clearance);
+        rest.fold(clearance(&all[0]), |least, own| if own.distance < least.distance { own } else { least })
+    }
+
+    /// Part of a branch in pieces of one radius; not empty.
+    fn pieces<'l>(&self, lines: &'l [Line], part: CablePart) -> Vec<Cow<'l, Line>> {
+        let line = &lines[part.branch];
+        let piece = |(range, radius): &([f64; 2], f64)| {
+            let (from, to) = (range[0].max(part.from), range[1].min(part.to));
+            (from < to).then(|| Cow::Owned(line.part(from, to).of_radius(*radius)))
+        };
+        let mut pieces: Vec<_> = self.sections[part.branch].iter().filter_map(piece).collect();
+        if pieces.is_empty() {
+            pieces.push(part_of(lines, part));
+        }
+        pieces
     }
 
     /// Radius of a branch at an arc length, m.
     pub fn radius_at(&self, branch: usize, s: f64) -> f64 {
-        self.lines[branch].radius_at(s)
+        let part = self.sections[branch].iter().find(|([_, to], _)| s <= *to);
+        part.map_or(self.lines[branch].radius, |(_, radius)| *radius)
     }
 
     /// Upper bound of the distance of the arc from the chord on the segment of a branch at an arc length, m.
@@ -184,52 +212,59 @@ impl<'n> Cables<'n> {
     /// Clearance between parts of two branches, or of one, and where it is least; `None` where they are neighbours
     /// only.
     pub fn clearance_from_branch(&self, one: CablePart, other: CablePart) -> Option<Pair> {
-        let [a, b] = [one, other].map(|part| part_of(&self.fine().lines, part));
         let ways = self.ways(one.branch, other.branch);
-        let mut best = Pair::nearer_than(f64::INFINITY);
-        let apart = |i: &Range<usize>, j: &Range<usize>| {
-            let along = (one.branch == other.branch).then(|| a.along(i, &b, j));
-            is_apart([&a, &b], [i, j], &ways, along)
-        };
-        nearest_pair(a.piece(), b.piece(), &apart, &mut best);
-        best.is_found().then(|| Pair { distance: best.distance - a.radius - b.radius, ..best })
+        let [first, second] = [one, other].map(|part| self.pieces(&self.fine().lines, part));
+        let mut least: Option<Pair> = None;
+        for (a, b) in first.iter().flat_map(|a| second.iter().map(move |b| (a, b))) {
+            let mut best = Pair::nearer_than(f64::INFINITY);
+            let apart = |i: &Range<usize>, j: &Range<usize>| {
+                let along = (one.branch == other.branch).then(|| a.along(i, b, j));
+                is_apart([a, b], [i, j], &ways, along)
+            };
+            nearest_pair(a.piece(), b.piece(), &apart, &mut best);
+            let found = best.is_found().then(|| Pair { distance: best.distance - a.radius - b.radius, ..best });
+            least = [least, found].into_iter().flatten().min_by(|a, b| a.distance.total_cmp(&b.distance));
+        }
+        least
     }
 
     /// Deepest place at which two branches lie in each other, or one in itself.
     fn overlap(&self, b: usize, c: usize) -> Option<CableOverlap> {
-        let (one, other) = (&self.fine().lines[b], &self.fine().lines[c]);
-        let radii = one.radius + other.radius;
+        let [first, second] = [b, c].map(|branch| self.pieces(&self.fine().lines, CablePart::whole(branch)));
         let mut ways = self.ways(b, c);
-        let turning = (b == c).then(|| one.turning());
+        // Each pair of pieces once.
+        let pairs = || {
+            let all =
+                first.iter().enumerate().flat_map(|(k, one)| second.iter().enumerate().map(move |o| ((k, one), o)));
+            all.filter(|((k, _), (l, _))| b != c || k <= l).map(|((k, one), (l, other))| (one, other, b == c && k == l))
+        };
         let search = |ways: &[Way]| {
-            let mut best = Pair::nearer_than(radii);
-            let apart = |i: &Range<usize>, j: &Range<usize>| {
-                let along = turning.as_ref().map(|_| one.along(i, other, j));
-                let straight = turning.as_ref().is_some_and(|own| own.keeps_apart(i, j, APART * radii, radii));
-                !straight && is_apart([one, other], [i, j], ways, along)
-            };
-            match b == c {
-                true => nearest_within(one.piece(), &apart, &mut best),
-                false => nearest_pair(one.piece(), other.piece(), &apart, &mut best),
-            }
-            best
+            let deepest = pairs().filter_map(|(one, other, same)| deepest(one, other, [b == c, same], ways));
+            deepest.max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)))
         };
         let mut best = search(&ways);
-        if best.is_found() && !ways.is_empty() {
+        if best.is_some() && !ways.is_empty() {
             // A branch whose ends leave one joint side by side: each half lies in the other one.
-            let parts = (b == c).then(|| one.halves());
-            let [first, second] = parts.as_ref().map_or([one, other], |[first, second]| [first, second]);
+            let of_end = |branch: usize, start: bool| {
+                let pieces = if branch == b { &first } else { &second };
+                let line = &self.fine().lines[branch];
+                let radius = pieces[if start { 0 } else { pieces.len() - 1 }].radius;
+                let whole = Line::clone(line).of_radius(radius);
+                let [before, after] = if b == c { whole.halves() } else { [whole.clone(), whole] };
+                if start { before } else { after }
+            };
             for way in ways.iter_mut().filter(|way| b != c || way.starts[0]) {
-                way.together = [together(first, way.starts[0], second), together(second, way.starts[1], first)];
+                let [one, other] = [of_end(b, way.starts[0]), of_end(c, way.starts[1])];
+                way.together = [together(&one, way.starts[0], &other), together(&other, way.starts[1], &one)];
             }
             best = search(&ways);
         }
-        best.is_found().then(|| CableOverlap {
+        best.map(|(depth, allowed, pair)| CableOverlap {
             branches: [b, c],
-            s: best.s,
-            depth: radii - best.distance,
-            allowed: SOFT * 2.0 * one.radius_at(best.s[0]).min(other.radius_at(best.s[1])),
-            position: best.at,
+            s: pair.s,
+            depth,
+            allowed,
+            position: pair.at,
         })
     }
 
@@ -251,6 +286,25 @@ impl<'n> Cables<'n> {
         }
         ways
     }
+}
+
+/// Depth of the deepest place at which two lines lie in each other, that to which they may, and the place; `alike`:
+/// whether they are of one branch, and the same.
+fn deepest(one: &Line, other: &Line, [of_one, same]: [bool; 2], ways: &[Way]) -> Option<(f64, f64, Pair)> {
+    let radii = one.radius + other.radius;
+    let turning = same.then(|| one.turning());
+    let mut best = Pair::nearer_than(radii);
+    let apart = |i: &Range<usize>, j: &Range<usize>| {
+        let along = of_one.then(|| one.along(i, other, j));
+        let straight = turning.as_ref().is_some_and(|own| own.keeps_apart(i, j, APART * radii, radii));
+        !straight && is_apart([one, other], [i, j], ways, along)
+    };
+    match same {
+        true => nearest_within(one.piece(), &apart, &mut best),
+        false => nearest_pair(one.piece(), other.piece(), &apart, &mut best),
+    }
+    let allowed = SOFT * 2.0 * one.radius.min(other.radius);
+    best.is_found().then(|| (radii - best.distance, allowed, best))
 }
 
 /// Pairs of lines whose boxes overlap, by sweep and prune along x; each line with itself, too.

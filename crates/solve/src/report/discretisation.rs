@@ -512,6 +512,18 @@ fn envelope(errors: &mut Vec<f64>, factor: f64) {
     *errors = (0..errors.len()).map(|node| largest_around(errors, node).max(floor) * factor).collect();
 }
 
+/// The same of errors of curvature or torsion, by this stiffness, where the section changes: errors of moments are
+/// alike on both sides. At a change they are those of the softer section.
+fn envelope_of_moments(errors: &mut Vec<f64>, factor: f64, samples: &Samples<'_>, stiffness: fn(&Vector) -> f64) {
+    if samples.branch.sections.only().is_some() {
+        return envelope(errors, factor);
+    }
+    let of_node = |node: usize| samples.beside(node).map(stiffness).into_iter().fold(f64::INFINITY, f64::min);
+    errors.iter_mut().enumerate().for_each(|(node, error)| *error *= of_node(node));
+    envelope(errors, factor);
+    errors.iter_mut().enumerate().for_each(|(node, error)| *error /= of_node(node));
+}
+
 /// Largest value within [`REACH`] nodes.
 fn largest_around(errors: &[f64], node: usize) -> f64 {
     let window = node.saturating_sub(REACH)..(node + REACH + 1).min(errors.len());
@@ -578,8 +590,12 @@ pub(crate) fn estimate(
         }
         let NodalErrors { curvature, torsion, twist, force, moment, position, .. } = &mut errors;
         let factor = if samples.fine.contains(&true) { FINE_SAFETY * factor } else { factor };
-        for all in [curvature, torsion, twist, force, moment, position] {
+        for all in [force, moment, position] {
             envelope(all, factor);
+        }
+        envelope_of_moments(curvature, factor, samples, |c| c.xy().min());
+        for all in [torsion, twist] {
+            envelope_of_moments(all, factor, samples, |c| c.z);
         }
         if touches {
             // At a node that touches something the force jumps; with another mesh it touches elsewhere.
@@ -601,11 +617,15 @@ pub(crate) fn estimate(
 /// difference it is `β²/(−4 γ)` above the node, `β/(−2 γ)` of a segment beside it; times [`FINE_SAFETY`], as the
 /// curvature is no parabola. At a station and at an end of the branch it is that of the parabola beside it.
 fn between(branch: &Branch, result: &BranchResult) -> Vec<f64> {
-    let bends: Vec<f64> = result.bend_radius.iter().map(|radius| 1.0 / radius).collect();
+    // Before and behind each node.
+    let mut bends: Vec<[f64; 2]> = result.bend_radius.iter().map(|radius| [1.0 / radius; 2]).collect();
+    for own in result.sides.iter().filter(|_| branch.sections.only().is_none()) {
+        bends[own.node] = own.bend_radius.map(|radius| 1.0 / radius);
+    }
     let (last, is_station) = (bends.len() - 1, |node: usize| branch.rod.mesh().station_frame(node).is_some());
     let mut all = vec![0.0_f64; bends.len()];
     for (k, three) in bends.windows(3).enumerate() {
-        let [before, here, after] = [three[0], three[1], three[2]];
+        let [before, here, after] = [three[0][1], three[1][0], three[2][0]];
         let (slope, bend) = (0.5 * (after - before), 0.5 * (before + after) - here);
         if bend >= 0.0 || is_station(k + 1) {
             continue;
@@ -619,7 +639,8 @@ fn between(branch: &Branch, result: &BranchResult) -> Vec<f64> {
             k + 2
         };
         if place.abs() < 1.0 && (node == k + 1 || node == 0 || node == last || is_station(node)) {
-            all[node] = all[node].max(FINE_SAFETY * (top - bends[node]));
+            let own = bends[node][if node == k + 2 { 0 } else { 1 }];
+            all[node] = all[node].max(FINE_SAFETY * (top - own));
         }
     }
     all

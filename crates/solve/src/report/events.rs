@@ -13,6 +13,7 @@ use wireloom_core::equilibrium::{
 };
 use wireloom_core::minimiser::Stop;
 use wireloom_core::problem::Problem;
+use wireloom_core::sections::Bend;
 use wireloom_core::status::Status;
 use wireloom_core::terms::contact::{ContactViolation, HeldOverlap, Lack};
 use wireloom_core::{EventKind, EventPlace, Network, Pose, State};
@@ -284,9 +285,8 @@ pub(crate) fn short_clearances(log: &mut EventLog, problem: &Problem<'_>, cables
 /// Logs branches bent more tightly than their sections allow.
 pub(crate) fn bends(log: &mut EventLog, branches: &[BranchResult]) {
     for branch in branches {
-        let limited = branch.bends().filter_map(|(s, radius, limit)| Some((s, radius, limit?)));
-        let tightest = limited.min_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)));
-        if let Some((s, radius, limit)) = tightest.filter(|(_, radius, limit)| radius < limit) {
+        let worst = branch.bends().min_by(Bend::compare);
+        if let Some(Bend { s, radius, limit: Some(limit) }) = worst.filter(|bend| bend.use_of_limit() > 1.0) {
             log.raise(Occurrence {
                 kind: EventKind::BendRadius,
                 place: EventPlace::branch(&branch.name, s),

@@ -5,7 +5,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 use wireloom_core::arc::{self, Arc};
 use wireloom_core::equilibrium::BranchResult;
-use wireloom_core::sections::SectionResult;
 use wireloom_core::{Pose, Vector};
 
 /// Number of segments up to which a piece is searched segment by segment.
@@ -32,16 +31,13 @@ pub(super) struct Line {
     ends: [f64; 2],
     /// Radius of the cable, m; the greatest one where its section changes.
     pub radius: f64,
-    /// Its parts with another section: arc length where each ends, and by how much its radius is less than
-    /// [`Self::radius`], m. Distances are larger by that. Empty where the section does not change.
-    thinner: Vec<[f64; 2]>,
     boxes: Vec<[Vector; 2]>,
 }
 
 /// A place on a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
-    /// Distance of the centre line from the other thing, m; where the cable is thinner, more by that.
+    /// Distance of the centre line from the other thing, m.
     pub distance: f64,
     /// Arc length, m.
     pub s: f64,
@@ -52,7 +48,7 @@ pub(crate) struct Place {
 /// Nearest places of two lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pair {
-    /// Distance of the centre lines, m; where a cable is thinner, more by that.
+    /// Distance of the centre lines, m.
     pub distance: f64,
     /// Arc lengths, m.
     pub s: [f64; 2],
@@ -77,51 +73,28 @@ impl Line {
     pub fn of(branch: &BranchResult) -> Self {
         let s = branch.s.clone();
         let ends = [s[0], s[s.len() - 1]];
-        let thinner = |part: &SectionResult| [part.to, 0.5 * (branch.diameter - part.diameter)];
-        let thinner = branch.sections.iter().map(thinner).collect();
-        let mut line =
-            Self { s, x: branch.position.clone(), ends, radius: 0.5 * branch.diameter, thinner, boxes: Vec::new() };
+        Self::new(s, branch.position.clone(), ends, 0.5 * branch.diameter)
+    }
+
+    fn new(s: Vec<f64>, x: Vec<Vector>, ends: [f64; 2], radius: f64) -> Self {
+        let mut line = Self { s, x, ends, radius, boxes: Vec::new() };
         line.enclose(1, 0..line.segments());
         line
-    }
-
-    /// A line of the same branch through other places.
-    fn through(&self, s: Vec<f64>, x: Vec<Vector>) -> Self {
-        let Self { ends, radius, ref thinner, .. } = *self;
-        let mut line = Self { s, x, ends, radius, thinner: thinner.clone(), boxes: Vec::new() };
-        line.enclose(1, 0..line.segments());
-        line
-    }
-
-    /// By how much the cable is thinner at an arc length than where it is thickest, in radius, m.
-    fn thinner_at(&self, s: f64) -> f64 {
-        let part = self.thinner.partition_point(|[to, _]| *to < s);
-        self.thinner.get(part).or(self.thinner.last()).map_or(0.0, |[_, thinner]| *thinner)
-    }
-
-    /// The same of a segment.
-    fn thinner(&self, segment: usize) -> f64 {
-        if self.thinner.is_empty() { 0.0 } else { self.thinner_at(0.5 * (self.s[segment] + self.s[segment + 1])) }
-    }
-
-    /// Radius at an arc length, m.
-    pub fn radius_at(&self, s: f64) -> f64 {
-        self.radius - self.thinner_at(s)
     }
 
     /// The same line on the arcs between its nodes, with its segments divided: within `zone` (m) of the ends of the
     /// branch in pieces of at most a quarter of the radius, elsewhere of a diameter, and so that they are no more than
-    /// [`BESIDE`] radii beside the arcs. What counts of two segments then does not depend on the mesh.
-    pub fn divided(&self, zone: f64) -> Self {
+    /// [`BESIDE`] radii (m) beside the arcs. What counts of two segments then does not depend on the mesh.
+    pub fn divided(&self, zone: f64, radius: f64) -> Self {
         let (mut s, mut x) = (vec![self.s[0]], vec![self.x[0]]);
         let lengths: Vec<f64> = self.s.windows(2).map(|ends| ends[1] - ends[0]).collect();
         let bends = arc::bends(&self.x, &lengths);
         for i in 0..self.segments() {
             let arc = Arc::new(self.x[i], self.x[i + 1], lengths[i], [bends[i], bends[i + 1]]);
             let beside = 0.125 * lengths[i] * lengths[i] * bends[i].norm().max(bends[i + 1].norm());
-            let to_arc = (beside / (BESIDE * self.radius)).sqrt();
+            let to_arc = (beside / (BESIDE * radius)).sqrt();
             let near = self.s[i] - self.ends[0] < zone || self.ends[1] - self.s[i + 1] < zone;
-            let length = if near { 0.25 } else { 2.0 } * self.radius;
+            let length = if near { 0.25 } else { 2.0 } * radius;
             let pieces = (lengths[i] / length).max(to_arc).ceil().clamp(1.0, MOST_PIECES) as usize;
             for k in 1..=pieces {
                 let t = k as f64 / pieces as f64;
@@ -129,7 +102,7 @@ impl Line {
                 x.push(if k == pieces { self.x[i + 1] } else { arc.at(t) });
             }
         }
-        self.through(s, x)
+        Self::new(s, x, self.ends, self.radius)
     }
 
     /// Upper bound of the distance of the arc from the chord on the segment at an arc length, m.
@@ -147,7 +120,12 @@ impl Line {
         let middle: Vec<(f64, Vector)> = inside.map(|i| (self.s[i], self.x[i])).collect();
         let all = std::iter::once((from, self.position(from))).chain(middle).chain([(to, self.position(to))]);
         let (s, x) = all.unzip();
-        self.through(s, x)
+        Self::new(s, x, self.ends, self.radius)
+    }
+
+    /// The line of a cable with this radius, m.
+    pub fn of_radius(self, radius: f64) -> Self {
+        Self { radius, ..self }
     }
 
     /// Whether a part between these arc lengths is the whole line.
@@ -216,7 +194,7 @@ impl Line {
 
     /// One segment as a line.
     pub fn segment(&self, k: usize) -> Self {
-        self.through(self.s[k..k + 2].to_vec(), self.x[k..k + 2].to_vec())
+        Self::new(self.s[k..k + 2].to_vec(), self.x[k..k + 2].to_vec(), self.ends, self.radius)
     }
 
     fn enclose(&mut self, piece: usize, segments: Range<usize>) -> [Vector; 2] {
@@ -251,14 +229,13 @@ impl Line {
         for i in 0..x.len() {
             let length = if i > 0 { (x[i] - x[i - 1]).norm() } else { 0.0 };
             let reach = best.distance + length;
-            let beside = [i.saturating_sub(1), i.min(self.segments() - 1)].map(|segment| self.thinner(segment));
-            let here = distance(&local(&x[i]), reach) + beside[0].min(beside[1]);
+            let here = distance(&local(&x[i]), reach);
             if here < best.distance {
                 best = Place { distance: here, s: s[i], at: x[i] };
             }
             if i > 0 && before.min(reach) + here.min(reach) - length < 2.0 * best.distance {
                 let arc = Arc::new(x[i - 1], x[i], lengths[i - 1], [bends[i - 1], bends[i]]);
-                let of = |x: Vector| (distance(&local(&x), reach) + beside[0], x);
+                let of = |x: Vector| (distance(&local(&x), reach), x);
                 let farther = |fraction: f64| {
                     let [chord, arc] = [of(arc.chord().at(fraction)), of(arc.at(fraction))];
                     if arc.0 > chord.0 { arc } else { chord }
@@ -324,7 +301,6 @@ pub(super) fn nearest_pair(
                     continue;
                 }
                 let (distance, fractions, at) = nearest_of_segments(first, second);
-                let distance = distance + (a.0.thinner(i) + b.0.thinner(j));
                 if distance < best.distance {
                     *best = Pair { distance, s: [s(a.0, i, fractions[0]), s(b.0, j, fractions[1])], at };
                 }

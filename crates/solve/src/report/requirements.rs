@@ -16,7 +16,7 @@ use wireloom_core::conditions::Against;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
-use wireloom_core::{EventPlace, Network, Pose, Problem, State, Vector};
+use wireloom_core::{EventPlace, Network, Pose, Problem, Section, State, Vector};
 
 /// Distance, in radii, within which surfaces that press on each other are in touch.
 const IN_TOUCH: f64 = 0.025;
@@ -138,7 +138,7 @@ impl<'a> Equilibrium<'a> {
     /// Whether the motion of a part is the one in which a requirement counts.
     fn counts(&self, motion: Motion, part: &Part) -> bool {
         let Part::Branch { branch, .. } = *part else { return true };
-        let moves = self.moved[branch] > MOVING * self.network.branches[branch].sections.diameter();
+        let moves = self.moved[branch] > MOVING * self.network.branches[branch].sections.thinnest();
         match motion {
             Motion::Any => true,
             Motion::Moving => moves,
@@ -289,6 +289,17 @@ impl<'a> Equilibrium<'a> {
         of_places + constraint.span.iter().map(of_span).sum::<f64>()
     }
 
+    /// Share of the error of curvature or torsion of a node that a place has, by this stiffness: where the section
+    /// changes, a node has the error of the softer side, and that of the moment is the same on both.
+    fn share_of_error(&self, b: usize, place: &Local, stiffness: fn(&Section) -> f64) -> f64 {
+        let sections = &self.network.branches[b].sections;
+        if place.fraction > 0.0 || !sections.changes().any(|node| node == place.node) {
+            return 1.0;
+        }
+        let [before, after] = sections.beside(place.node).map(stiffness);
+        before.min(after) / stiffness(sections.of(place.segment))
+    }
+
     fn add_branch(&self, requirement: &Requirement, b: usize, (from, to): (f64, f64), found: &mut Vec<Found>) {
         let (branch, own) = (&self.branches[b], &self.network.branches[b]);
         let errors = &self.errors[b];
@@ -321,10 +332,16 @@ impl<'a> Equilibrium<'a> {
             }
         };
         let force = &|place: &Local| place.error(|i| errors.force[i]);
-        let torsion = &|place: &Local| place.error(|i| errors.torsion[i]);
+        let torsion = &|place: &Local| {
+            let share = self.share_of_error(b, place, |section| section.torsion_stiffness);
+            place.error(|i| errors.torsion[i] * share)
+        };
         match requirement.measure {
             Measure::BendRadius => {
-                let error = |place: &Local| place.error(|i| errors.curvature[i] + errors.between[i]);
+                let error = |place: &Local| {
+                    let share = self.share_of_error(b, place, |section| section.sticking_diagonal().xy().min());
+                    place.error(|i| errors.curvature[i] * share + errors.between[i])
+                };
                 let mut bends = Vec::new();
                 places(false, &mut bends, &|place| 1.0 / place.bend_radius, &error);
                 if let Some((node, s, bend)) = requirement.max.and_then(|_| part::straightest(branch, from, to)) {

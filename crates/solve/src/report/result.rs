@@ -495,11 +495,9 @@ pub fn markers(network: &Network, branches: &[BranchResult]) -> Vec<MarkerResult
 /// Bend nearest to its limit, or farthest beyond it; without limits, the bend of least radius.
 pub fn tightest_bend(branches: &[BranchResult]) -> Option<TightestBend> {
     let all = branches.iter().flat_map(|b| b.bends().map(move |bend| (b, bend)));
-    // The smaller fraction of the limit is the worse bend; branches without a limit come last.
-    let fraction = |(_, radius, limit): (f64, f64, Option<f64>)| limit.map_or(f64::INFINITY, |limit| radius / limit);
-    all.filter(|(_, (_, radius, _))| radius.is_finite())
-        .min_by(|(_, a), (_, b)| fraction(*a).total_cmp(&fraction(*b)).then(a.1.total_cmp(&b.1)))
-        .map(|(b, (s, value, limit))| TightestBend { branch: b.name.clone(), s, value, limit })
+    all.filter(|(_, bend)| bend.radius.is_finite())
+        .min_by(|(_, a), (_, b)| a.compare(b))
+        .map(|(b, bend)| TightestBend { branch: b.name.clone(), s: bend.s, value: bend.radius, limit: bend.limit })
 }
 
 /// Largest move of any point of the branches, and the length of the branch that moves so far, m.
