@@ -304,7 +304,7 @@ fn deepest(one: &Line, other: &Line, [of_one, same]: [bool; 2], ways: &[Way]) ->
         false => nearest_pair(one.piece(), other.piece(), &apart, &mut best),
     }
     let allowed = SOFT * 2.0 * one.radius.min(other.radius);
-    best.is_found().then(|| (radii - best.distance, allowed, best))
+    best.is_found().then_some((radii - best.distance, allowed, best))
 }
 
 /// Pairs of lines whose boxes overlap, by sweep and prune along x; each line with itself, too.
