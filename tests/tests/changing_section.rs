@@ -111,6 +111,10 @@ fn each_section_is_held_to_its_own_limits() {
     assert_eq!([of_thin.verdict, of_thick.verdict], [Verdict::Pass; 2], "{of_thin:?} {of_thick:?}");
     let s = of_thick.place.s.expect("a place");
     assert!((0.3 - 1e-9..0.4 + 1e-9).contains(&s) && of_thick.worst > Some(0.1), "{of_thick:?}");
+    // The tighter side counts, also where both are not known, as in results that are read.
+    let read = BranchResult { sides: Vec::new(), ..branch.clone() };
+    assert_eq!([branch, &read].map(|own| own.bend_radius_limit_at(sides.node)), [Some(0.02); 2]);
+    assert_eq!(branch.bend_radius_limit_at(sides.node - 1), Some(0.1));
     // The worst value of the thin parts is beside the tube or elsewhere, never within it.
     let s = of_thin.place.s.expect("a place");
     assert!(!(0.3 + 1e-9..0.4 - 1e-9).contains(&s), "{of_thin:?}");

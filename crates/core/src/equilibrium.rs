@@ -354,15 +354,19 @@ impl BranchResult {
         (0..self.s.len()).map(|node| self.tension_at(node)).chain(of_sides)
     }
 
-    /// The part with a section of its own that a node is in; where two meet, the one that bends more tightly.
+    /// The part with a section of its own that a node is in; where two meet, the one that bends more tightly, and
+    /// without [`Self::sides`] the one with the lesser limit.
     pub fn section_at(&self, node: usize) -> Option<&SectionResult> {
         if self.sections.is_empty() {
             return None;
         }
         let next = self.sections.partition_point(|part| part.to < self.s[node]);
         let sides = self.sides.iter().find(|own| own.node == node).map(|own| own.bend_radius);
+        let here = self.sections.get(next);
         let beyond = self.sections.get(next + 1).filter(|part| part.from <= self.s[node]);
-        beyond.filter(|_| sides.is_some_and(|[before, after]| after < before)).or(self.sections.get(next))
+        let limit = |part: Option<&SectionResult>| part.and_then(|part| part.bend_radius_limit).unwrap_or(0.0);
+        let counts = sides.map_or_else(|| limit(beyond) < limit(here), |[before, after]| after < before);
+        beyond.filter(|_| counts).or(here)
     }
 
     /// Diameter along a segment, m.
