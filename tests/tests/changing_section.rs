@@ -206,6 +206,21 @@ fn thin_parts_that_lie_in_each_other_are_seen_beside_tubes_that_press_deeper() {
     assert!((depth - 0.001).abs() < 1e-5 && s > 0.48 && (line.limit - 0.0004).abs() < 1e-9, "{line:?}");
 }
 
+/// A clamped column whose middle half is ten times as stiff buckles at 3.126 times Euler's load of its soft ends (beam
+/// elements, 64 of them). What bounds it was 1.76 times that.
+#[test]
+fn a_column_with_a_stiff_middle_does_not_bear_what_its_mean_stiffness_would() {
+    let stiff = thick("stiff").replace("0.03", "0.1");
+    let column = with_part(&branch("cable", ["A", "B"], "thin", 0.5, 80), "stiff", [0.125, 0.375]);
+    let plugs = connector("plug-A", "A", [0.0; 3]) + &connector("plug-B", "B", [0.49998, 0.0, 0.0]);
+    let run = converged(&[WEIGHTLESS, &section("thin"), &stiff, &column, &plugs].concat());
+    let line = run.requirements.iter().find(|line| line.name == "straight spans do not buckle").expect("its line");
+    let exact = 3.126 * 4.0 * std::f64::consts::PI.powi(2) * 0.01 / 0.25;
+    assert!(line.worst > Some(0.1) && line.verdict == Verdict::Pass, "{line:?}");
+    // The bound is 1.09 times the exact load, and 1.1 times that is beyond what a buckled column bears.
+    assert!(line.limit > 1.1 * exact && line.limit < 1.1 * 1.1 * exact, "{} N, exactly {exact} N", line.limit);
+}
+
 /// A cable between plugs just above a table lies on it with its thick part alone, at the radius of that.
 #[test]
 fn a_thick_part_lies_on_a_table_at_its_own_radius() {

@@ -321,6 +321,8 @@ pub struct Overlap {
     pub branch: u32,
     /// Least permitted distance of the centre lines, m.
     pub distance: f64,
+    /// Sum of both radii there, m: where that is another one, as deep an overlap is permitted.
+    pub both: f64,
 }
 
 /// Two segments of cables that cross: they touch on arcs.

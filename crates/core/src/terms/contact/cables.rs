@@ -235,7 +235,7 @@ impl ContactTerm {
         let overlaps = &system.conditions.contact.overlaps;
         let at = overlaps.partition_point(|o| (o.point, o.branch) < (point, branch));
         let own = overlaps.get(at).filter(|o| (o.point, o.branch) == (point, branch));
-        own.map_or(both, |overlap| overlap.distance.min(both))
+        own.map_or(both, |overlap| (overlap.distance + (both - overlap.both)).min(both))
     }
 
     /// Least permitted distance of a contact point from a segment (indices of branch and segment) of another cable, m.
@@ -347,9 +347,9 @@ impl ContactTerm {
             }
             match overlaps.last_mut() {
                 Some(last) if (last.point, last.branch) == (pair.point, pair.branch) => {
-                    last.distance = last.distance.min(distance);
+                    last.distance = last.distance.min(distance + (last.both - pair.both));
                 }
-                _ => overlaps.push(Overlap { point: pair.point, branch: pair.branch, distance }),
+                _ => overlaps.push(Overlap { point: pair.point, branch: pair.branch, distance, both: pair.both }),
             }
         }
         overlaps
@@ -365,7 +365,8 @@ impl ContactTerm {
             let own = |pair: &&Pair| (pair.point, pair.branch) == (overlap.point, overlap.branch);
             let x = self.points[overlap.point as usize].position(system.network, state);
             let pairs = self.cables.pairs.iter().filter(own);
-            let distance = pairs.map(|pair| self.distance(system, state, pair, &x)).fold(f64::INFINITY, f64::min);
+            let distance = |pair: &Pair| self.distance(system, state, pair, &x) + (overlap.both - pair.both);
+            let distance = pairs.map(distance).fold(f64::INFINITY, f64::min);
             overlap.distance = overlap.distance.max(distance);
             distance.is_finite()
         });
