@@ -33,7 +33,7 @@ pub struct BranchPlan {
     pub name: String,
     /// Kind of its rod, as scenarios name it.
     pub kind: String,
-    /// Its section, or those of its spans, where these meet its mesh has stations.
+    /// Its section, or those of its spans; where two spans meet its mesh has a station.
     pub sections: Sections,
     /// The rod.
     pub rod: Box<dyn RodSegment>,
