@@ -58,7 +58,7 @@ fn features() -> Result<(), String> {
 }
 
 /// Checks the page of the studio, if its tools are available: types, whether the bundle matches its sources, and the
-/// page in a browser.
+/// page in browsers.
 fn page() -> Result<(), String> {
     if !tools::node() {
         return Ok(());
@@ -66,9 +66,12 @@ fn page() -> Result<(), String> {
     let npm = |arguments: &[&str]| command("npm", &[&["--silent", "--prefix", tools::PAGE], arguments].concat());
     step("types of the studio's page", &mut npm(&["run", "check"]))?;
     step("the page in the repository matches its sources", &mut npm(&["run", "build", "--", "--check"]))?;
-    if tools::browser() {
-        let program = target().join("debug/wireloom");
-        step("the page in a browser", npm(&["test"]).env("WIRELOOM", program))?;
+    let program = target().join("debug/wireloom");
+    if tools::chromium() {
+        step("the page in Chromium", npm(&["test"]).env("WIRELOOM", &program))?;
+    }
+    if tools::firefox() {
+        step("the page in Firefox", npm(&["run", "test:firefox"]).env("WIRELOOM", &program))?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
-//! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, CMake, pkg-config, Node and a browser for
-//! the studio's page, FreeCAD, cargo-deny, a Python with packages, and one with Exudyn; the last three are installed
-//! into the target folder.
+//! Tools of the tests beyond cargo: two components of Rust, a Vulkan device, CMake, pkg-config, Node and two browsers
+//! for the studio's page, FreeCAD, cargo-deny, a Python with packages, and one with Exudyn; the last three are
+//! installed into the target folder.
 
 use crate::run::{command, step, target, works};
 use std::path::PathBuf;
@@ -210,17 +210,30 @@ pub fn node() -> bool {
         .is_ok()
 }
 
-/// Whether there is a browser for the tests of the page; on Debian it is installed if possible.
-pub fn browser() -> bool {
+/// Whether there is Chromium for the tests of the page; on Debian it is installed if possible.
+pub fn chromium() -> bool {
+    browser("Chromium", &["chromium"], || works(&mut command("chromium", &["--version"])))
+}
+
+/// Whether there is Firefox for the tests of the page, and a display on which it has WebGL; likewise.
+pub fn firefox() -> bool {
+    const PACKAGES: [&str; 7] = ["firefox-esr", "libegl1", "libgl1", "libgl1-mesa-dri", "libpci3", "xauth", "xvfb"];
+    browser("Firefox", &PACKAGES, || {
+        works(&mut command("firefox-esr", &["--version"]))
+            && works(&mut command("sh", &["-c", "command -v xvfb-run && command -v xauth"]))
+    })
+}
+
+/// Whether a browser is there, after its packages are installed if it was not.
+fn browser(name: &str, packages: &[&str], there: impl Fn() -> bool) -> bool {
     // The browser driver needs this version.
     if !works(&mut command("node", &["-e", "process.exit(parseInt(process.versions.node) < 20 ? 1 : 0)"])) {
-        println!("   Node is older than 20, so the page is not tested in a browser");
+        println!("   Node is older than 20, so the page is not tested in {name}");
         return false;
     }
-    let there = || works(&mut command("chromium", &["--version"]));
-    if there() || install("install a browser for the page", &["chromium"]).is_ok_and(|()| there()) {
+    if there() || install(&format!("install {name} for the page"), packages).is_ok_and(|()| there()) {
         return true;
     }
-    println!("   chromium is missing, so the page is not tested in a browser");
+    println!("   {name} is missing, so the page is not tested in it");
     false
 }

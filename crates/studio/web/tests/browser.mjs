@@ -1,18 +1,68 @@
-// A browser for the tests: Debian's chromium, headless, with WebGL in software.
-import { existsSync, mkdirSync, readFileSync } from "node:fs";
+// A browser for the tests: Debian's chromium, headless, or with BROWSER=firefox its Firefox, which needs a display for
+// WebGL (xvfb-run); both draw in software.
+import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { chromium } from "playwright-core";
+import playwright from "playwright-core";
 
-const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((each) => existsSync(each));
+export const isFirefox = process.env.BROWSER === "firefox";
+
+const downloads = mkdtempSync(join(tmpdir(), "wireloom-downloads-"));
 
 export async function launch() {
-  if (!executablePath) throw new Error("no chromium here: apt-get install chromium");
-  return chromium.launch({ executablePath, headless: true, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"] });
+  const names = isFirefox ? ["firefox-esr", "firefox"] : ["chromium", "chromium-browser", "google-chrome"];
+  const executablePath = names.map((name) => `/usr/bin/${name}`).find((path) => existsSync(path));
+  if (!executablePath) throw new Error(`no ${names[0]} here: apt-get install ${names[0]}`);
+  // Playwright's own Firefox is a changed one; by WebDriver BiDi it drives any.
+  if (isFirefox) return playwright._bidiFirefox.launch({ executablePath, headless: false, firefoxUserPrefs: { "browser.download.folderList": 2, "browser.download.dir": downloads } });
+  return playwright.chromium.launch({ executablePath, headless: true, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"] });
+}
+
+// Playwright asks a page by eval. Chromium lets its driver, Firefox goes by the policy of the page: there pages are given
+// without theirs, and one test looks at a page that has it.
+const withoutPolicy = (html) => html.replace(/<meta http-equiv="Content-Security-Policy"[^>]*>/, "");
+
+/** A page, as wide as a screen. */
+export async function newPage(browser, options = {}) {
+  const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
+  if (isFirefox) {
+    await page.route(/^http/, async (route) => {
+      if (!route.request().isNavigationRequest()) return route.continue();
+      const response = await route.fetch();
+      return route.fulfill({ response, body: withoutPolicy(await response.text()) });
+    });
+  }
+  return page;
+}
+
+/** Address of a page that lies in a file. */
+export function local(file) {
+  if (isFirefox) writeFileSync(file, withoutPolicy(readFileSync(file, "utf8")));
+  return `file://${file}`;
+}
+
+/** Path of the file that a page saves for the user when this is done; Firefox tells its driver nothing of it. */
+export async function downloaded(page, act) {
+  if (!isFirefox) {
+    const [download] = await Promise.all([page.waitForEvent("download"), act()]);
+    const file = join(downloads, download.suggestedFilename());
+    await download.saveAs(file);
+    return file;
+  }
+  const before = readdirSync(downloads);
+  await act();
+  for (;;) {
+    const [name] = readdirSync(downloads).filter((name) => !before.includes(name));
+    const written = name && readdirSync(downloads).every((each) => !each.endsWith(".part"));
+    if (written && readFileSync(join(downloads, name)).length) return join(downloads, name);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
 }
 
 /** Pictures of what tests saw, to be looked at. */
-export const shots = fileURLToPath(new URL("../../../../target/studio-shots/", import.meta.url));
+export const shots = fileURLToPath(new URL(`../../../../target/${isFirefox ? "firefox" : "studio"}-shots/`, import.meta.url));
 mkdirSync(shots, { recursive: true });
 
 /** Faults of a page, as they come. */
@@ -25,7 +75,7 @@ export function faults(page) {
 
 /** How many pixels of a picture are magenta (over a limit), orange (destroyed), and not grey. */
 export async function pixels(browser, png) {
-  const page = await browser.newPage();
+  const page = await newPage(browser);
   const counts = await page.evaluate(async (address) => {
     const image = new Image();
     image.src = address;

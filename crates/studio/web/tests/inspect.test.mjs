@@ -5,7 +5,7 @@ import { mkdtempSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { axed, faults, launch, pixels, poorContrast, settled, shots } from "./browser.mjs";
+import { axed, faults, launch, local, newPage, pixels, poorContrast, settled, shots } from "./browser.mjs";
 import { HOSTILE, made, page as replay } from "./recording.mjs";
 
 let browser;
@@ -15,9 +15,9 @@ after(() => browser?.close());
 async function opened(options = {}) {
   const file = join(mkdtempSync(join(tmpdir(), "wireloom-inspect-")), "replay.html");
   writeFileSync(file, replay(made()));
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
+  const page = await newPage(browser, options);
   const found = faults(page);
-  await page.goto(`file://${file}`);
+  await page.goto(local(file));
   await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
   await page.evaluate(() => document.querySelectorAll("#panels details").forEach((each) => (each.open = ["parts", "measure"].some((id) => each.contains(document.getElementById(id))))));
   // Where things are on the screen is known once they are drawn.
@@ -203,8 +203,8 @@ test("strains are colours with a legend in percent, and round-off is no strain",
 
   const file = join(mkdtempSync(join(tmpdir(), "wireloom-inspect-")), "noise.html");
   writeFileSync(file, replay(made({ noise: 3e-9 })));
-  const quiet = await browser.newPage();
-  await quiet.goto(`file://${file}`);
+  const quiet = await newPage(browser);
+  await quiet.goto(local(file));
   await quiet.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
   for (const quantity of ["tension", "stretch", "torque"]) {
     await quiet.locator("#quantity").selectOption(quantity);

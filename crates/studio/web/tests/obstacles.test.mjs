@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { after, before, test } from "node:test";
-import { axed, launch, poorContrast, settled, shots } from "./browser.mjs";
+import { axed, launch, newPage, poorContrast, settled, shots } from "./browser.mjs";
 import { absent, changing, endAll, open, quiet, scenario, sessionText, startPage, studio } from "./program.mjs";
 
 let browser;
@@ -372,7 +372,7 @@ test("files with surfaces that are dropped lie beside the scenario and become ob
 test("a surface that is dropped on a harness without a file waits until that is saved", { skip: absent }, async () => {
   const at = dirname(scenario("first.toml"));
   const { address, stop } = await startPage(at);
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
+  const page = await newPage(browser);
   await page.goto(address);
   await page.waitForSelector("#start:not([hidden])");
   await drop(page, ["panel.stl", stl(80)]);

@@ -5,7 +5,7 @@ import { copyFileSync, existsSync, mkdtempSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { faults, settled } from "./browser.mjs";
+import { faults, newPage, settled } from "./browser.mjs";
 
 export const root = fileURLToPath(new URL("../../../../", import.meta.url));
 export const program = process.env.WIRELOOM ?? join(root, "target/debug/wireloom");
@@ -53,7 +53,7 @@ function started(what, cwd) {
 
 /** Opens a page on a studio, and waits until all is computed. */
 export async function open(browser, address, options = {}) {
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
+  const page = await newPage(browser, options);
   const found = faults(page);
   await page.goto(address);
   await quiet(page);

@@ -4,7 +4,7 @@ import { mkdtempSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { faults, launch, pixels, settled, shots } from "./browser.mjs";
+import { faults, launch, local, newPage, pixels, settled, shots } from "./browser.mjs";
 import { HOSTILE, line, made, page as replay, violation } from "./recording.mjs";
 
 let browser;
@@ -23,9 +23,9 @@ const PASS = { name: "plug-A", measure: "moment", unit: "N m", worst: 5.91e-17, 
 async function opened(recording, options = {}) {
   const file = join(mkdtempSync(join(tmpdir(), "wireloom-requirements-")), "replay.html");
   writeFileSync(file, replay(made(recording)));
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
+  const page = await newPage(browser, options);
   const found = faults(page);
-  await page.goto(`file://${file}`);
+  await page.goto(local(file));
   await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === 24);
   // Where things are on the screen is known once they are drawn.
   await settled(page);

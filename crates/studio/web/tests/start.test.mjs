@@ -5,7 +5,7 @@ import { spawnSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, unlinkSync, writeFileSync } from "node:fs";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
-import { axed, faults, launch, poorContrast, settled, shots } from "./browser.mjs";
+import { axed, faults, launch, newPage, poorContrast, settled, shots } from "./browser.mjs";
 import { absent, endAll, folder, program, quiet, root, scenario, startPage } from "./program.mjs";
 
 const small = join(root, "crates/import/tests/small.kbl");
@@ -20,7 +20,7 @@ after(async () => {
 /** A start page in a folder of its own. */
 async function started(options = {}, at = mkdtempSync(join(folder, "start-"))) {
   const server = await startPage(at);
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
+  const page = await newPage(browser, options);
   const found = faults(page);
   await page.goto(server.address);
   await page.waitForSelector("#start:not([hidden])");
@@ -332,7 +332,7 @@ test("what cannot be opened is told in the page, and the page stays", { skip: ab
   assert.deepEqual(await axed(page), []);
 
   // A valid one is opened by its path all the same, in both pages.
-  const other = await browser.newPage();
+  const other = await newPage(browser);
   await other.goto(page.url());
   await other.waitForSelector("#start:not([hidden])");
   const file = scenario("branches/y_cosserat.toml");

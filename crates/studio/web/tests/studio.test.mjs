@@ -2,10 +2,10 @@
 // model is swapped, and whose server goes and comes back. WIRELOOM names the program (else target/debug/wireloom).
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { readFileSync, writeFileSync } from "node:fs";
+import { copyFileSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { faults, launch, pixels, settled, shots } from "./browser.mjs";
+import { downloaded, faults, launch, local, newPage, pixels, settled, shots } from "./browser.mjs";
 import { absent, endAll, environment, folder, open, program, quiet, scenario, studio } from "./program.mjs";
 
 let browser;
@@ -58,9 +58,8 @@ function distance(a, b) {
 
 /** Downloads a copy, and has `run` carry it out. */
 async function saved(page, name) {
-  const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#copy").click()]);
   const file = join(folder, name);
-  await download.saveAs(file);
+  copyFileSync(await downloaded(page, () => page.locator("#copy").click()), file);
   const out = join(folder, `${name}.out`);
   const run = spawnSync(program, ["run", file, "--out", out, "--quiet"], { encoding: "utf8" });
   assert.equal(run.status, 0, run.stdout + run.stderr);
@@ -242,9 +241,9 @@ test("a finished run is replayed by the studio and by a page of its own", { skip
   const own = join(folder, "page.html");
   const run = spawnSync(program, ["run", scenario("assembly/workbench.toml"), "--out", out, "--page", own, "--quiet"], { encoding: "utf8" });
   assert.equal(run.status, 0, run.stdout + run.stderr);
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
+  const page = await newPage(browser);
   const found = faults(page);
-  await page.goto(`file://${own}`);
+  await page.goto(local(own));
   await page.waitForFunction(() => window.wireloom?.store.shown?.header.frame === window.wireloom.store.newest());
   assert.ok((await page.evaluate(() => window.wireloom.store.timeline.frames)) > 60);
   assert.equal(await page.getByRole("button", { name: "Undo" }).isVisible(), false);
