@@ -19,7 +19,7 @@ type Check = fn() -> Checked;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let own: [(&str, Check); 13] = [
+    let own: [(&str, Check); 14] = [
         ("killed ten times and taken up again, it has the same bytes as one of one thread that was left alone", killed),
         ("points that fail are rows, those beside them are not touched, and the report tells of both", failing_points),
         ("a scenario that changes begins anew, one without a sweep is refused", other_scenarios),
@@ -33,6 +33,7 @@ fn main() -> ExitCode {
         ("a point at which the program panics is a row with its reason", crashing),
         ("the swept space of a sweep has what each run sweeps in it", swept),
         ("tubes of cables that are shifted over a known range have the percentiles of that range", tubes),
+        ("tubes are thicker only where the cable is", tubes_of_parts),
     ];
     let mut trials: Vec<Trial> = own.into_iter().map(|(name, check)| Trial::test(name, check)).collect();
     let python = python();
@@ -584,6 +585,28 @@ fn tubes() -> Checked {
     let position = json["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"].as_u64().ok_or("none")? as usize;
     let width = json["accessors"][position]["max"][1].as_f64().ok_or("no bound")?;
     ensure((width - 0.1 - radius).abs() < 1e-5, width)
+}
+
+/// A cable at one place with a thicker part of 0.4 to 0.5 of its length: stations up to the next one beyond have its
+/// radius, all others that of the cable.
+fn tubes_of_parts() -> Checked {
+    let text = cable("swept = \"50 mm\"\n[sweep.vary]\n\"constraints.*.position.1\" = { values = [0.0] }\n");
+    let thick = "[sections.thick]\ndiameter = \"40 mm\"\nlinear_density = \"60 g/m\"\naxial_stiffness = 1e4\n\
+                 bending_stiffness = 0.01\ntorsion_stiffness = 0.008\n";
+    let part = "\nsections = [{ section = \"thick\", from = 0.4, to = 0.5 }]\nlength = ";
+    let text = text.replacen("\nlength = ", part, 1).replacen("[[branches]]", &[thick, "[[branches]]"].concat(), 1);
+    let (chains, points) = chains(&text)?;
+    let tubes = points.tubes(chains.len(), |k| Ok::<_, Failed>(chains[k].lines.clone()))?;
+    let (_, radii) = &tubes[0].radii[0];
+    let pieces = (radii.len() - 1) as f64;
+    let of_cable = radii[0];
+    for (k, radius) in radii.iter().enumerate() {
+        let place = k as f64 / pieces;
+        let is_near = place > 0.4 - 1.0 / pieces && place < 0.5 + 1.0 / pieces;
+        let expected = if is_near { 0.02 } else { of_cable };
+        ensure((radius - expected).abs() < 1e-6, format!("{radius} m at {place}"))?;
+    }
+    ensure(of_cable < 0.01 && pieces >= 12.0, (of_cable, pieces))
 }
 
 fn swept() -> Checked {

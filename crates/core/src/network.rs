@@ -187,6 +187,11 @@ impl Branch {
         lengths.map(|(j, length)| self.sections.of(j).linear_density * length).sum()
     }
 
+    /// Radius of each segment, m.
+    pub fn radii(&self) -> Vec<f64> {
+        (0..self.rod.mesh().segments()).map(|segment| 0.5 * self.sections.of(segment).diameter).collect()
+    }
+
     /// Whether it has an axial law of its own in place of EA.
     pub fn has_axial_law(&self) -> bool {
         self.sections.iter().any(|section| section.laws.axial.is_some())
@@ -198,7 +203,7 @@ impl Branch {
         self.sections.iter().all(Section::bends_linearly) && !self.has_own_bending()
     }
 
-    /// Whether its twist follows from its moment by GJ.
+    /// Whether its twist follows from its moment by C alone.
     pub fn twists_linearly(&self) -> bool {
         self.sections.iter().all(Section::twists_linearly) && !self.has_own_bending()
     }

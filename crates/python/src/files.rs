@@ -23,8 +23,8 @@ pub struct Recipe {
     provenance: Provenance,
     surroundings: Surroundings,
     identities: Arc<Identities>,
-    /// For each branch, its points in a state and its radius, m.
-    branches: Vec<(std::ops::Range<usize>, f64)>,
+    /// For each branch, its points in a state and the radius of each segment, m.
+    branches: Vec<(std::ops::Range<usize>, Vec<f64>)>,
 }
 
 /// What they need of the increments.
@@ -50,7 +50,7 @@ impl Recipe {
             texts,
             surroundings: Surroundings::of_run(built.network.obstacles.clone(), &built.schedule),
             identities: built.schedule.identities.clone(),
-            branches: branches.map(|branch| (branch.points.clone(), 0.5 * branch.sections.diameter())).collect(),
+            branches: branches.map(|branch| (branch.points.clone(), branch.radii())).collect(),
         }
     }
 
@@ -110,7 +110,7 @@ impl Made {
     pub fn finish(&mut self, recipe: &Recipe, monitor: &Monitor) {
         let Some(asked) = recipe.output.swept else { return };
         let mut cell = asked;
-        let radii: Vec<f64> = recipe.branches.iter().map(|(_, radius)| *radius).collect();
+        let radii: Vec<Vec<f64>> = recipe.branches.iter().map(|(_, radii)| radii.clone()).collect();
         let lines = std::mem::take(&mut self.lines);
         'coarser: loop {
             let mut envelope = Envelope::new(cell, &radii);

@@ -42,8 +42,8 @@ pub struct TooFine {
 /// Volume that cables have swept, on a grid.
 pub struct Envelope {
     cell: f64,
-    /// Of each cable, m.
-    radii: Vec<f64>,
+    /// Of each segment of each cable, m.
+    radii: Vec<Vec<f64>>,
     /// Nodes of each cable where they were drawn last, m; empty before the first state.
     drawn: Vec<Vec<Vector>>,
     blocks: HashMap<[i32; 3], Box<Block>>,
@@ -52,17 +52,18 @@ pub struct Envelope {
 }
 
 impl Envelope {
-    /// Of cables with these radii (m), none of which has been anywhere yet; `cell`: size of the grid's cells, m,
-    /// greater than 0.
-    pub fn new(cell: f64, radii: &[f64]) -> Self {
+    /// Of cables with these radii of their segments (m), none of which has been anywhere yet; `cell`: size of the
+    /// grid's cells, m, greater than 0.
+    pub fn new(cell: f64, radii: &[Vec<f64>]) -> Self {
         let mut envelope = Self { cell, radii: Vec::new(), drawn: Vec::new(), blocks: HashMap::new(), most: MANY };
         envelope.begin(radii);
         envelope
     }
 
-    /// Other cables, with these radii (m), begin anywhere; what was swept before stays.
-    pub fn begin(&mut self, radii: &[f64]) {
-        self.radii = radii.iter().map(|radius| radius.max(self.cell)).collect();
+    /// Other cables, with these radii of their segments (m), begin anywhere; what was swept before stays.
+    pub fn begin(&mut self, radii: &[Vec<f64>]) {
+        let drawn = |radius: &f64| radius.max(self.cell);
+        self.radii = radii.iter().map(|cable| cable.iter().map(drawn).collect()).collect();
         self.drawn.clear();
     }
 
@@ -115,8 +116,9 @@ impl Envelope {
                 if moved[j] || moved[j + 1] {
                     let (b, d) =
                         (if moved[j] { now[j] } else { was[j] }, if moved[j + 1] { now[j + 1] } else { was[j + 1] });
-                    self.draw(&Triangle::of([was[j], was[j + 1], d]), self.radii[k])?;
-                    self.draw(&Triangle::of([was[j], d, b]), self.radii[k])?;
+                    let radius = self.radii[k][j];
+                    self.draw(&Triangle::of([was[j], was[j + 1], d]), radius)?;
+                    self.draw(&Triangle::of([was[j], d, b]), radius)?;
                 }
             }
             for ((was, now), moved) in was.iter_mut().zip(now).zip(moved) {
@@ -283,7 +285,7 @@ mod tests {
         let errors: Vec<f64> = [r / 2.0, r / 4.0]
             .into_iter()
             .map(|cell| {
-                let mut envelope = Envelope::new(cell, &[r]);
+                let mut envelope = Envelope::new(cell, &[vec![r; 7]]);
                 for k in 0..=5 {
                     let at = start + aside * (d * f64::from(k) / 5.0);
                     envelope.sweep(&[straight(at, at + along * l, 7)]).expect("it finds room");
@@ -302,6 +304,18 @@ mod tests {
         assert!(errors[1] < 0.0 && errors[1] > 0.35 * errors[0], "{errors:?}");
     }
 
+    /// A straight cable that is thicker along a part of it, and stands still: what is beside the thin part is free.
+    #[test]
+    fn a_cable_sweeps_with_the_thickness_that_it_has_there() {
+        let mut envelope = Envelope::new(0.0005, &[vec![0.002, 0.002, 0.006, 0.006, 0.002, 0.002]]);
+        envelope.sweep(&[straight(Vector::zeros(), Vector::x() * 0.12, 6)]).expect("it finds room");
+        let mesh = Mesh::new(&envelope.surface(), false).expect("it is closed, and every edge has two triangles");
+        for (x, radius) in [(0.01, 0.002), (0.06, 0.006), (0.11, 0.002)] {
+            let above = mesh.distance(&Vector::new(x, 0.0, 0.008), 1.0);
+            assert!((above - (0.008 - radius)).abs() < 0.0002, "{above} m above {x} m");
+        }
+    }
+
     /// Cables that turn, cross each other, slide along themselves and stand still; thin ones are drawn thicker.
     #[test]
     fn what_is_swept_is_closed_whatever_the_motion() {
@@ -310,7 +324,7 @@ mod tests {
             let mut point = |size: f64| Vector::from_fn(|_, _| size * (rng.f64() - 0.5));
             let mut lines: Vec<Vec<Vector>> = (0..3).map(|_| straight(point(0.1), point(0.1), 6)).collect();
             let radii = [0.003, 0.0005, 0.005];
-            let mut envelope = Envelope::new(0.002, &radii);
+            let mut envelope = Envelope::new(0.002, &radii.map(|radius| vec![radius; 6]));
             envelope.sweep(&lines).expect("it finds room");
             for _ in 0..4 {
                 lines[0].iter_mut().for_each(|x| *x += point(0.02));
@@ -337,13 +351,13 @@ mod tests {
         let one = straight(Vector::zeros(), Vector::new(0.1, 0.02, 0.0), 5);
         let moved: Vec<Vector> = one.iter().map(|x| x + Vector::new(0.0, 0.01, 0.03)).collect();
         let other = straight(Vector::new(0.05, -0.04, 0.01), Vector::new(0.06, 0.05, 0.0), 5);
-        let mut both = Envelope::new(0.002, &[0.004]);
-        let mut apart = [Envelope::new(0.002, &[0.004]), Envelope::new(0.002, &[0.006])];
+        let mut both = Envelope::new(0.002, &[vec![0.004; 5]]);
+        let mut apart = [Envelope::new(0.002, &[vec![0.004; 5]]), Envelope::new(0.002, &[vec![0.006; 5]])];
         for line in [&one, &moved] {
             both.sweep(std::slice::from_ref(line)).expect("it finds room");
             apart[0].sweep(std::slice::from_ref(line)).expect("it finds room");
         }
-        both.begin(&[0.006]);
+        both.begin(&[vec![0.006; 5]]);
         both.sweep(std::slice::from_ref(&other)).expect("it finds room");
         apart[1].sweep(std::slice::from_ref(&other)).expect("it finds room");
         for order in [[0, 1], [1, 0]] {
@@ -364,7 +378,8 @@ mod tests {
     #[test]
     fn cells_that_are_too_small_for_any_machine_are_refused() {
         let line = straight(Vector::zeros(), Vector::x(), 1);
-        let swept = |most: usize| Envelope { most, ..Envelope::new(0.01, &[0.05]) }.sweep(std::slice::from_ref(&line));
+        let swept =
+            |most: usize| Envelope { most, ..Envelope::new(0.01, &[vec![0.05]]) }.sweep(std::slice::from_ref(&line));
         assert_eq!((swept(10), swept(1000)), (Err(TooFine { cell: 0.01 }), Ok(())));
     }
 }

@@ -67,6 +67,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use tubes::{Lines, Stations};
 use wireloom_core::equilibrium::StepResult;
+use wireloom_core::network::Branch;
 use wireloom_core::requirement::Measure;
 use wireloom_core::{Monitor, Network, Registry, Status, Vector};
 use wireloom_export::ending::Ending;
@@ -492,7 +493,7 @@ impl Points<'_> {
         // Where outputs are measured may vary.
         let outputs = scenario.sweep.as_ref().map_or(&[][..], |sweep| &sweep.outputs);
         if let Some(Ok(swept)) = swept {
-            swept.begin(&network.branches.iter().map(|branch| 0.5 * branch.sections.diameter()).collect::<Vec<_>>());
+            swept.begin(&network.branches.iter().map(Branch::radii).collect::<Vec<_>>());
         }
         let mut watching = Watching {
             monitor,

@@ -14,14 +14,14 @@ use wireloom::shapes::swept::Envelope;
 pub struct Swept {
     /// Size of the grid's cells, m.
     cell: f64,
-    /// For each branch, its points in a state and its radius, m.
-    branches: Vec<(Range<usize>, f64)>,
+    /// For each branch, its points in a state and the radius of each segment, m.
+    branches: Vec<(Range<usize>, Vec<f64>)>,
 }
 
 impl Swept {
     /// Swept volume, if the scenario asks for it; `None` otherwise.
     pub fn of(output: &Output, built: &Built) -> Option<Self> {
-        let branches = built.network.branches.iter().map(|b| (b.points.clone(), 0.5 * b.sections.diameter()));
+        let branches = built.network.branches.iter().map(|b| (b.points.clone(), b.radii()));
         output.swept.map(|cell| Self { cell, branches: branches.collect() })
     }
 
@@ -43,7 +43,7 @@ impl Swept {
         increments: usize,
         monitor: &Monitor,
     ) -> Result<Option<(Surface, f64)>, Failure> {
-        let radii: Vec<f64> = self.branches.iter().map(|(_, radius)| *radius).collect();
+        let radii: Vec<Vec<f64>> = self.branches.iter().map(|(_, radii)| radii.clone()).collect();
         let mut cell = self.cell;
         'coarser: loop {
             let mut envelope = Envelope::new(cell, &radii);

@@ -5,11 +5,12 @@
 //!
 //! `r_p = |x_p − x̄| + radius of its cable`
 //!
-//! there. The tube of the percentile q has the least radius r for which at least q % of these points have `r_p ≤ r`.
-//! The percentiles belong to single stations: a point can be within the 95 % tube at one station and outside it at
-//! another, so the share of points that are inside everywhere is smaller, except for 100 %. A tube is about the end of
-//! its step; the space on the way is in the surface of [`wireloom_shapes::swept`]. Between two stations it is straight:
-//! a centre line of curvature κ lies up to κ h²/8 beside it, where h is their distance.
+//! there; where its section changes, the greatest radius up to the stations beside it. The tube of the percentile q has
+//! the least radius r for which at least q % of these points have `r_p ≤ r`. The percentiles belong to single stations:
+//! a point can be within the 95 % tube at one station and outside it at another, so the share of points that are inside
+//! everywhere is smaller, except for 100 %. A tube is about the end of its step; the space on the way is in the surface
+//! of [`wireloom_shapes::swept`]. Between two stations it is straight: a centre line of curvature κ lies up to κ h²/8
+//! beside it, where h is their distance.
 //!
 //! Sums go through the points in their order, so tubes are the same to the last bit on any number of threads.
 
@@ -27,8 +28,8 @@ const PIECES: [f64; 2] = [8.0, 64.0];
 /// Reaches that are in memory at once: 64 MB.
 const ROOM: usize = 1 << 24;
 
-/// Centre lines of one point of a sweep, by step: coordinates of the stations of all branches, then the radii of the
-/// branches, m. Empty for steps that did not end in an equilibrium.
+/// Centre lines of one point of a sweep, by step: coordinates of the stations of all branches, then the radii there, m.
+/// Empty for steps that did not end in an equilibrium.
 pub type Lines = Vec<Vec<f32>>;
 
 /// Branches with their stations, and steps.
@@ -59,19 +60,24 @@ impl Stations {
 
     /// The centre lines at the end of a step, as they are in [`Lines`].
     pub(super) fn at(&self, end: &StepResult) -> Vec<f32> {
-        let mut line = Vec::with_capacity(3 * self.count() + self.branches.len());
+        let mut line = Vec::with_capacity(4 * self.count());
+        let mut radii = Vec::with_capacity(self.count());
         for (branch, (_, stations)) in end.branches.iter().zip(&self.branches) {
             let (s, x) = (&branch.s, &branch.position);
             let (first, length) = (s[0], s[s.len() - 1] - s[0]);
+            let place = |k: usize| first + length * (k.min(stations - 1) as f64 / (stations - 1) as f64);
+            let segment = |at: f64| s.partition_point(|s| *s <= at).clamp(1, s.len() - 1) - 1;
             for k in 0..*stations {
-                let at = first + length * (k as f64 / (stations - 1) as f64);
-                let next = s.partition_point(|s| *s <= at).clamp(1, s.len() - 1);
-                let share = ((at - s[next - 1]) / (s[next] - s[next - 1])).clamp(0.0, 1.0);
-                let place = x[next - 1] + (x[next] - x[next - 1]) * share;
-                line.extend(place.iter().map(|x| *x as f32));
+                // Of all cable up to the next stations: between them the tube is straight.
+                let around = segment(place(k.saturating_sub(1)))..=segment(place(k + 1));
+                radii.push((0.5 * around.map(|j| branch.diameter_of(j)).fold(0.0, f64::max)) as f32);
+                let (at, j) = (place(k), segment(place(k)));
+                let share = ((at - s[j]) / (s[j + 1] - s[j])).clamp(0.0, 1.0);
+                let x = x[j] + (x[j + 1] - x[j]) * share;
+                line.extend(x.iter().map(|x| *x as f32));
             }
         }
-        line.extend(end.branches.iter().map(|branch| (0.5 * branch.diameter) as f32));
+        line.extend(radii);
         line
     }
 
@@ -80,7 +86,7 @@ impl Stations {
     /// # Errors
     /// Those of `read`.
     pub fn tubes<E>(&self, chains: usize, read: impl Fn(usize) -> Result<Vec<Lines>, E>) -> Result<Vec<Tube>, E> {
-        let (all, length) = (self.count(), 3 * self.count() + self.branches.len());
+        let (all, length) = (self.count(), 4 * self.count());
         let each = |take: &mut dyn FnMut(usize, &[f32])| {
             (0..chains).try_for_each(|chain| {
                 for lines in read(chain)? {
@@ -100,9 +106,6 @@ impl Stations {
         for (k, mean) in means.iter_mut().enumerate() {
             *mean /= points[k / all].max(1) as f64;
         }
-        // The branch of each station.
-        let owners = self.branches.iter().enumerate().flat_map(|(b, (_, stations))| std::iter::repeat_n(b, *stations));
-        let owners: Vec<usize> = owners.collect();
         let mut radii = vec![[0.0; PERCENTILES.len()]; means.len()];
         let most = points.iter().copied().max().unwrap_or(0).max(1);
         let at_once = (ROOM / most).max(1);
@@ -112,7 +115,7 @@ impl Stations {
             each(&mut |step, line| {
                 for k in (step * all).max(part.start)..((step + 1) * all).min(part.end) {
                     let j = k - step * all;
-                    let radius = f64::from(line[3 * all + owners[j]]);
+                    let radius = f64::from(line[3 * all + j]);
                     let reach = (place(&line[3 * j..3 * j + 3]) - means[k]).norm() + radius;
                     reaches[k - part.start].push(reach as f32);
                 }
@@ -164,7 +167,7 @@ mod tests {
     fn tubes(count: usize) -> Vec<Tube> {
         let line = |k: usize| {
             let coordinates = (0..5).flat_map(|j| [1e-3 * k as f32, 1e-3 * j as f32, 0.0]);
-            coordinates.chain([0.5e-3, 2e-3]).collect::<Vec<f32>>()
+            coordinates.chain([0.5e-3, 0.5e-3, 2e-3, 2e-3, 2e-3]).collect::<Vec<f32>>()
         };
         let point = |k: usize| if k.is_multiple_of(3) { vec![line(k), vec![]] } else { vec![line(k), line(k)] };
         let read = |chain: usize| Ok::<_, Infallible>((7 * chain..(7 * chain + 7).min(count)).map(point).collect());

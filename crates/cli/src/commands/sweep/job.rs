@@ -16,7 +16,7 @@ use wireloom::sweep::{Points, Sweep, header};
 use wireloom_dataset::{Dataset, Manifest};
 
 /// Version of the files of an interrupted sweep; changes with their meaning.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 
 /// Origin of a sweep.
 #[derive(PartialEq, Serialize, Deserialize)]
