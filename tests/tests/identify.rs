@@ -362,6 +362,22 @@ fn a_rest_curvature_that_is_not_written_is_fitted_from_zero() {
     }
 }
 
+/// A coupling of bending and twist may have either sign: it is no factor.
+#[test]
+fn a_coupling_is_found_from_a_start_of_the_other_sign() {
+    let text = std::fs::read_to_string(root().join("scenarios/branches/flat_cable_askew.toml")).expect("it is there");
+    let marker =
+        |k: u32| format!("[[markers]]\nname = \"m{k}\"\nat = {{ branch = \"cable\", s = {:?} }}\n", 0.1 * f64::from(k));
+    let text = text + &(1..7).map(marker).collect::<String>();
+    let table = table(&run(&text, &[]), &["equilibrium"], NOISE, 1);
+    let truth = -0.0207846;
+    let text = text.replace(&truth.to_string(), "0.01");
+    let keys = of(&["sections.flat.coupling_stiffness.0"]);
+    let found = fitted(&text, &table, Wishes { fit: &keys, ..Wishes::default() }).expect("it can be carried out");
+    assert_eq!(found.status, FitStatus::Converged);
+    assert!((found.parameters[0].ended_at / truth - 1.0).abs() < 0.1, "{:?}", found.parameters[0]);
+}
+
 #[test]
 fn lengths_between_markers_are_found_where_some_of_them_are_known() {
     // Of four markers only the first is at a known place; the length to the second one was measured with a tape, and

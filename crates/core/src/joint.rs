@@ -60,6 +60,18 @@ pub struct JointSpec {
     pub wires: Vec<WireShare>,
 }
 
+impl JointSpec {
+    /// Remark of a model that is told EI1, EI2 and GJ of its arms alone, where one of them couples bending and twist.
+    pub fn note_on_coupling(&self) -> Option<String> {
+        let arm = self.arms.iter().find(|arm| arm.section.couples())?;
+        let (name, section) = (&self.name, &arm.section.name);
+        Some(format!(
+            "joint `{name}`: its model is told EI1, EI2 and GJ of its arms, not the `coupling_stiffness` of section \
+             `{section}`"
+        ))
+    }
+}
+
 /// Connection of the arms to the joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mounting {

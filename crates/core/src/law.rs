@@ -4,7 +4,7 @@
 //! is refused by name where the law is needed.
 
 use crate::section::{SectionFriction, SectionLaws};
-use crate::{Rotation, Vector};
+use crate::{Matrix, Rotation, Vector};
 
 /// A rod on the staggered grid: a stretch-shear energy in every segment and a bend-twist energy in every coupling.
 ///
@@ -20,8 +20,10 @@ use crate::{Rotation, Vector};
 pub struct RodLaw {
     /// Each segment.
     pub segments: Vec<SegmentLaw>,
-    /// C of each coupling: diag(EI1, EI2, GJ), N m².
+    /// C of each coupling about its axes, N m²: diag(EI1, EI2, GJ) where these are those of the frames.
     pub couplings: Vec<Vector>,
+    /// Q of each coupling, which couples the frames `q Q` in place of q; empty: they are coupled as they are.
+    pub axes: Vec<Rotation>,
     /// β of a station at an end of the branch, and of one within it, on meshes too coarse for pairs or without f.
     pub blends: [f64; 2],
     /// f; 0: a scheme of second order.
@@ -35,6 +37,17 @@ pub struct RodLaw {
     /// stand for creep the curvature at the end of the last increment (two numbers) and that of each dashpot in
     /// bending, and the same in torsion.
     pub laws: SectionLaws,
+}
+
+impl RodLaw {
+    /// C of a coupling about the axes of its frames, N m².
+    pub fn coupling_stiffness(&self, coupling: usize) -> Matrix {
+        let diagonal = Matrix::from_diagonal(&self.couplings[coupling]);
+        self.axes.get(coupling).map_or(diagonal, |axes| {
+            let axes = axes.to_rotation_matrix().into_inner();
+            axes * diagonal * axes.transpose()
+        })
+    }
 }
 
 /// Stiffness of a segment.

@@ -1,6 +1,8 @@
 //! Cross-section of a branch.
 
 use crate::curve::{Curve, mean_slope};
+use crate::{Matrix, Rotation, Vector};
+use nalgebra::SymmetricEigen;
 use serde::{Deserialize, Serialize};
 
 /// Cross-section of a branch. All values are per unstressed length, in SI units.
@@ -16,10 +18,14 @@ pub struct Section {
     pub axial_stiffness: f64,
     /// Shear stiffness GA along d1 and d2, N.
     pub shear_stiffness: [f64; 2],
-    /// Bending stiffness EI about d1 and d2, N m².
+    /// Bending stiffness EI about d1 and d2, N m²: C11 and C22 where bending is coupled.
     pub bending_stiffness: [f64; 2],
     /// Torsion stiffness GJ, N m².
     pub torsion_stiffness: f64,
+    /// Stiffness C12, C13, C23 that couples bending about d1 with bending about d2, bending about d1 with twist, and
+    /// bending about d2 with twist, N m²; see [`Section::bend_stiffness`]. A branch that is run from its other end has
+    /// −C12 and −C13.
+    pub coupling_stiffness: [f64; 3],
     /// Smallest bend radius allowed, m; the run reports smaller ones.
     pub min_bend_radius: Option<f64>,
     /// Smallest bend radius allowed while the branch moves, m: the dynamic one of data sheets.
@@ -32,7 +38,7 @@ pub struct Section {
     pub thermal_expansion: f64,
     /// Curvature about d1 and d2, and twist, without moment per change of temperature, 1/(m K): layers that expand
     /// differently.
-    pub thermal_curvature: crate::Vector,
+    pub thermal_curvature: Vector,
     /// Friction within the section, beside its elastic stiffness.
     pub friction: SectionFriction,
     /// Part of the bending stiffness that yields, if bends beyond a limit are permanent: the section then has linear
@@ -174,10 +180,10 @@ impl SectionFriction {
     }
 
     /// Diagonal of the stiffness that it adds while nothing slips.
-    pub fn diagonal(&self) -> crate::Vector {
+    pub fn diagonal(&self) -> Vector {
         let [bending, torsion] =
             [&self.bending, &self.torsion].map(|elements| elements.iter().map(|own| own.stiffness).sum::<f64>());
-        crate::Vector::new(bending, bending, torsion)
+        Vector::new(bending, bending, torsion)
     }
 }
 
@@ -203,30 +209,85 @@ impl FrictionElement {
     }
 }
 
+/// Smallest stiffness against a bending moment about any axis, with C (N m²) and no moment in twist, N m²: `m²/(m·κ)`
+/// with `κ = C⁻¹ m`. 0 without a stiffness in every direction.
+pub fn softest_bending(stiffness: &Matrix) -> f64 {
+    let bent = |compliance: Matrix| compliance.fixed_view::<2, 2>(0, 0).into_owned().symmetric_eigenvalues().max();
+    stiffness.try_inverse().map_or(0.0, |compliance| 1.0 / bent(compliance))
+}
+
 impl Section {
     /// Diagonal of the stretch-shear stiffness `diag(GA1, GA2, EA)`, N.
-    pub fn stretch_diagonal(&self) -> crate::Vector {
-        crate::Vector::new(self.shear_stiffness[0], self.shear_stiffness[1], self.axial_stiffness)
+    pub fn stretch_diagonal(&self) -> Vector {
+        Vector::new(self.shear_stiffness[0], self.shear_stiffness[1], self.axial_stiffness)
     }
 
     /// Diagonal of the bend-twist stiffness `diag(EI1, EI2, GJ)`, N m².
-    pub fn bend_diagonal(&self) -> crate::Vector {
-        crate::Vector::new(self.bending_stiffness[0], self.bending_stiffness[1], self.torsion_stiffness)
+    pub fn bend_diagonal(&self) -> Vector {
+        Vector::new(self.bending_stiffness[0], self.bending_stiffness[1], self.torsion_stiffness)
+    }
+
+    /// C of bending and twist, N m²: `m = C (κ − κ°)` in the axes d1, d2, d3.
+    pub fn bend_stiffness(&self) -> Matrix {
+        self.with_coupling(self.bend_diagonal())
+    }
+
+    /// C with this diagonal, N m².
+    fn with_coupling(&self, diagonal: Vector) -> Matrix {
+        let [c12, c13, c23] = self.coupling_stiffness;
+        Matrix::new(diagonal.x, c12, c13, c12, diagonal.y, c23, c13, c23, diagonal.z)
+    }
+
+    /// Whether bending and twist are coupled.
+    pub fn couples(&self) -> bool {
+        self.coupling_stiffness != [0.0; 3]
+    }
+
+    /// Principal axes of bending and twist: Q and c with `C = Q diag(c) Qᵀ` (N m²), each axis beside the director that
+    /// it is nearest to. Frames `q Q` have the stiffness diag(c).
+    pub fn principal_axes(&self) -> (Rotation, Vector) {
+        if !self.couples() {
+            return (Rotation::identity(), self.bend_diagonal());
+        }
+        let SymmetricEigen { eigenvectors, eigenvalues } = self.bend_stiffness().symmetric_eigen();
+        let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+        let nearness = |order: &[usize; 3]| (0..3).map(|i| eigenvectors[(i, order[i])].abs()).sum::<f64>();
+        let order = orders.into_iter().max_by(|a, b| nearness(a).total_cmp(&nearness(b))).unwrap_or([0, 1, 2]);
+        let mut axes = Matrix::from_columns(&order.map(|k| eigenvectors.column(k)));
+        for i in 0..3 {
+            if axes[(i, i)] < 0.0 {
+                axes.column_mut(i).neg_mut();
+            }
+        }
+        if axes.determinant() < 0.0 {
+            axes.column_mut(2).neg_mut();
+        }
+        let axes = nalgebra::Rotation3::from_matrix_unchecked(axes);
+        (Rotation::from_rotation_matrix(&axes), Vector::from_iterator(order.map(|k| eigenvalues[k])))
+    }
+
+    /// Curvature and twist beyond those at rest (1/m) under a moment (N m, axes d1, d2, d3), of an elastic section.
+    pub fn curvature_under(&self, moment: &Vector) -> Vector {
+        if !self.couples() {
+            return moment.component_div(&self.bend_diagonal());
+        }
+        let (axes, c) = self.principal_axes();
+        axes * axes.inverse_transform_vector(moment).component_div(&c)
     }
 
     /// Diagonal of the bend-twist stiffness that is linear and lasts, N m²: of what neither slips, yields, relaxes nor
     /// has a curve.
-    pub fn lasting_diagonal(&self) -> crate::Vector {
+    pub fn lasting_diagonal(&self) -> Vector {
         let [bending, torsion] = [self.set, self.laws.torsion_set].map(|set| set.map_or(0.0, |set| set.stiffness));
-        let lasting = self.bend_diagonal() - crate::Vector::new(bending, bending, torsion);
-        if self.laws.bending.is_some() { crate::Vector::new(0.0, 0.0, lasting.z) } else { lasting }
+        let lasting = self.bend_diagonal() - Vector::new(bending, bending, torsion);
+        if self.laws.bending.is_some() { Vector::new(0.0, 0.0, lasting.z) } else { lasting }
     }
 
     /// Stretch-shear stiffness that is linear, N: `diag(GA1, GA2, EA)`, with 0 in place of EA where there is an axial
     /// law.
-    pub fn linear_stretch_diagonal(&self) -> crate::Vector {
+    pub fn linear_stretch_diagonal(&self) -> Vector {
         let linear = self.stretch_diagonal();
-        if self.laws.axial.is_some() { crate::Vector::new(linear.x, linear.y, 0.0) } else { linear }
+        if self.laws.axial.is_some() { Vector::new(linear.x, linear.y, 0.0) } else { linear }
     }
 
     /// Axial strain under a tension (N).
@@ -255,7 +316,7 @@ impl Section {
 
     /// Whether it bends with the temperature.
     pub fn bends_with_temperature(&self) -> bool {
-        self.thermal_curvature != crate::Vector::zeros()
+        self.thermal_curvature != Vector::zeros()
     }
 
     /// Whether it keeps a set: something in it slips, yields or relaxes.
@@ -280,29 +341,34 @@ impl Section {
         has.into_iter().filter(|(_, has)| *has).map(|(key, _)| key).collect()
     }
 
-    /// Whether moments are those of [`Self::bend_diagonal`] alone.
+    /// Whether moments are those of [`Self::bend_stiffness`] alone.
     pub fn bends_linearly(&self) -> bool {
         !self.remembers() && self.laws.bending.is_none()
     }
 
-    /// Whether twisting moments are those of GJ alone.
+    /// Whether twist follows from the moment by C alone.
     pub fn twists_linearly(&self) -> bool {
         self.friction.torsion.is_empty() && self.laws.creep.torsion.is_empty() && self.laws.torsion_set.is_none()
     }
 
-    /// Diagonal of the bend-twist stiffness while nothing slips or relaxes, N m²: the greatest that the section has.
-    pub fn sticking_diagonal(&self) -> crate::Vector {
+    /// C of bending and twist while nothing slips or relaxes, N m²: the stiffest that the section is.
+    pub fn sticking_stiffness(&self) -> Matrix {
+        self.with_coupling(self.sticking_diagonal())
+    }
+
+    /// Diagonal of [`Self::sticking_stiffness`], N m².
+    pub fn sticking_diagonal(&self) -> Vector {
         let Self { friction, laws: SectionLaws { creep, bending: curve, .. }, .. } = self;
         let sum = |elements: &Vec<CreepElement>| elements.iter().map(|element| element.stiffness).sum::<f64>();
         let [bending, torsion] = [&creep.bending, &creep.torsion].map(sum);
         let elastic = match curve {
             Some(curve) => {
                 let greatest = curve.greatest_slope();
-                crate::Vector::new(greatest, greatest, self.torsion_stiffness)
+                Vector::new(greatest, greatest, self.torsion_stiffness)
             }
             None => self.bend_diagonal(),
         };
-        elastic + (friction.diagonal() + crate::Vector::new(bending, bending, torsion))
+        elastic + (friction.diagonal() + Vector::new(bending, bending, torsion))
     }
 
     /// The greatest axial stiffness that it has, N.

@@ -166,6 +166,7 @@ mod tests {
             shear_stiffness: [1e4; 2],
             bending_stiffness: [0.1; 2],
             torsion_stiffness: 0.1,
+            coupling_stiffness: [0.0; 3],
             min_bend_radius: None,
             min_bend_radius_moving: None,
             max_tension: None,

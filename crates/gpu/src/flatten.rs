@@ -240,12 +240,18 @@ impl Flattening {
             for (c, stiffness) in law.couplings.iter().enumerate() {
                 let whole = branch.frames.start + c;
                 let extra = problem.extra_curvature().get(whole).copied().unwrap_or_default();
+                let rest = law.curvature + extra;
+                let axes = law.axes.get(c).copied().unwrap_or_else(Rotation::identity);
+                let turned = |frame: CarriedFrame| match law.axes.get(c) {
+                    Some(axes) => CarriedFrame { rest: numbers(&(rotation(frame.rest) * axes)), ..frame },
+                    None => frame,
+                };
                 harness.couplings.push(Coupling {
-                    a: frame(c),
-                    b: frame(c + 1),
+                    a: turned(frame(c)),
+                    b: turned(frame(c + 1)),
                     length: state.coupling_lengths[whole],
                     stiffness: (*stiffness).into(),
-                    rest_curvature: (law.curvature + extra).into(),
+                    rest_curvature: axes.inverse_transform_vector(&rest).into(),
                 });
             }
         }
@@ -377,6 +383,11 @@ impl Flattening {
 /// Components x, y, z, w.
 fn numbers(q: &Rotation) -> [f64; 4] {
     [q.i, q.j, q.k, q.w]
+}
+
+/// The rotation with these numbers.
+fn rotation([i, j, k, w]: [f64; 4]) -> Rotation {
+    Rotation::new_unchecked(Quaternion::new(w, i, j, k))
 }
 
 /// The indices of `0..count` that are not tied.

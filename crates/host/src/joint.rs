@@ -77,7 +77,8 @@ impl Factory {
         }
         let description = description.value;
         let memory = memory(description.memory, description.memory_count).map_err(refuse)?;
-        let mut proxy = Proxy { instance, functions: self.functions, description, memory };
+        let note = spec.note_on_coupling();
+        let mut proxy = Proxy { instance, functions: self.functions, description, memory, note };
         if description.thread_safe != 0 {
             proxy.instance.allow_concurrent_calls();
         }
@@ -131,6 +132,8 @@ struct Proxy {
     functions: abi::JointKind,
     description: abi::JointDescription,
     memory: Vec<f64>,
+    /// What it is not told.
+    note: Option<String>,
 }
 
 // SAFETY: `create` and `destroy` may be called from any thread; concurrent calls with the same instance are locked out
@@ -216,6 +219,10 @@ impl Proxy {
 }
 
 impl JointModel for Proxy {
+    fn notes(&self) -> Vec<String> {
+        self.note.iter().cloned().collect()
+    }
+
     fn mounting(&self) -> Mounting {
         match self.description.mounting {
             abi::MOUNTING_POSE => Mounting::Pose,

@@ -9,10 +9,10 @@ use wireloom_core::rod::{BranchShape, Mesh, RodSegment, RodSpec};
 use wireloom_core::section::{AxialLaw, CreepElement, FrictionElement, SectionCreep, SectionFriction, SectionLaws};
 use wireloom_core::sections::SectionSpan;
 use wireloom_core::{Matrix, Parameters, Registry, Rotation, Section, Sections, Value, Vector};
-use wireloom_testkit::conformance::rod::section;
+use wireloom_testkit::conformance::rod::{is_the_same_from_its_other_end, section};
 use wireloom_testkit::{
-    constitutive_conformance, constraint_conformance, joint_conformance, potential_conformance, rod_conformance,
-    rod_order_conformance,
+    constitutive_conformance, constraint_conformance, handed_rod_conformance, joint_conformance, potential_conformance,
+    rod_conformance, rod_order_conformance,
 };
 
 fn registry() -> Registry {
@@ -54,6 +54,16 @@ fn rod_of_parts(kind: &'static str) -> impl Fn(RodSpec) -> Box<dyn RodSegment> {
         let sections = Sections::new(ends.windows(2).map(part).collect());
         made(RodSpec { sections, ..spec })
     }
+}
+
+/// Bending and twist of its section are coupled.
+fn coupled_rod(spec: RodSpec) -> Box<dyn RodSegment> {
+    rod("cosserat")(with(spec, |section| section.coupling_stiffness = [0.02, -0.01, 0.025]))
+}
+
+/// The same of branches that are run from their other end.
+fn reversed_coupled_rod(spec: RodSpec) -> Box<dyn RodSegment> {
+    rod("cosserat")(with(spec, |section| section.coupling_stiffness = [-0.02, 0.01, 0.025]))
 }
 
 /// Elements that slip early and late, some of them in every shape of the suite.
@@ -278,12 +288,18 @@ rod_conformance!(mass_spring_chain, rod("mass-spring"));
 rod_conformance!(cosserat_rod_of_parts, rod_of_parts("cosserat"));
 rod_conformance!(kirchhoff_rod_of_parts, rod_of_parts("kirchhoff"));
 rod_conformance!(mass_spring_chain_of_parts, rod_of_parts("mass-spring"));
+handed_rod_conformance!(coupled_cosserat_rod, coupled_rod);
 rod_conformance!(cosserat_rod_with_friction, rod_with_friction("cosserat"));
 rod_conformance!(kirchhoff_rod_with_friction, rod_with_friction("kirchhoff"));
 rod_conformance!(cosserat_rod_that_yields, rod_that_yields("cosserat"));
 rod_conformance!(cosserat_rod_with_curves, rod_with_laws("cosserat", curves()));
 rod_conformance!(kirchhoff_rod_with_curves, rod_with_laws("kirchhoff", curves()));
 rod_conformance!(cosserat_rod_that_creeps, rod_with_laws("cosserat", creeping()));
+
+#[test]
+fn a_coupled_rod_is_the_same_from_its_other_end() {
+    is_the_same_from_its_other_end(&coupled_rod, &reversed_coupled_rod);
+}
 
 /// Rods without shear have the same energy to the last bit for any shear stiffness of the section.
 #[test]

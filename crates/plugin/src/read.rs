@@ -69,6 +69,7 @@ pub fn section(name: &str) -> Section {
         shear_stiffness: [0.0; 2],
         bending_stiffness: [0.0; 2],
         torsion_stiffness: 0.0,
+        coupling_stiffness: [0.0; 3],
         min_bend_radius: None,
         min_bend_radius_moving: None,
         max_tension: None,

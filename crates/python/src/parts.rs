@@ -267,7 +267,8 @@ impl Part {
             };
             let memory: Vec<f64> = adapter.getattr("memory")?.extract()?;
             let adapter = Adapter { object: adapter.unbind(), fault: OnceLock::new() };
-            PyResult::Ok(Numeric(OwnJoint { adapter, memory, mounting, differences: !self.has_gradient }))
+            let differences = !self.has_gradient;
+            PyResult::Ok(Numeric(OwnJoint { adapter, memory, mounting, differences, note: spec.note_on_coupling() }))
         });
         Ok(Box::new(made.map_err(refusal)?))
     }
@@ -478,6 +479,8 @@ struct OwnJoint {
     mounting: Mounting,
     /// Whether its gradient is taken by differences.
     differences: bool,
+    /// What it is not told.
+    note: Option<String>,
 }
 
 impl OwnJoint {
@@ -513,7 +516,7 @@ impl JointEnergy for OwnJoint {
     }
 
     fn notes(&self) -> Vec<String> {
-        vec![note(self.differences)]
+        [note(self.differences)].into_iter().chain(self.note.clone()).collect()
     }
 }
 

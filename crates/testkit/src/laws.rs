@@ -21,9 +21,9 @@ fn curvature(a: &Rotation, b: &Rotation, lambda: f64) -> Vector {
 }
 
 /// `½ λ (κ−κ°)ᵀ C (κ−κ°)`, J.
-fn bend_twist(a: &Rotation, b: &Rotation, lambda: f64, c: &Vector, rest: &Vector) -> f64 {
+fn bend_twist(a: &Rotation, b: &Rotation, lambda: f64, c: &Matrix, rest: &Vector) -> f64 {
     let strain = curvature(a, b, lambda) - rest;
-    0.5 * lambda * strain.dot(&c.component_mul(&strain))
+    0.5 * lambda * strain.dot(&(c * strain))
 }
 
 /// Energy of a branch, J.
@@ -58,9 +58,10 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
         energy += 0.5 * l * (stiff + segment.overturned * overturned * overturned);
         energy += l * law.laws.axial.as_ref().map_or(0.0, |law| law.energy(gamma.z));
     }
-    for (c, stiffness) in law.couplings.iter().enumerate() {
+    for c in 0..law.couplings.len() {
+        let stiffness = law.coupling_stiffness(c);
         let rest = law.curvature + shape.extra_curvature.get(c).copied().unwrap_or_default();
-        energy += bend_twist(&shape.frames[c], &shape.frames[c + 1], shape.coupling_lengths[c], stiffness, &rest);
+        energy += bend_twist(&shape.frames[c], &shape.frames[c + 1], shape.coupling_lengths[c], &stiffness, &rest);
     }
     if law.variation > 0.0 {
         energy += mesh.pairs.iter().map(|pair| variation(law, pair, shape)).sum::<f64>();
@@ -97,8 +98,8 @@ pub fn rod_energy(law: &RodLaw, mesh: &Mesh, shape: &BranchShape<'_>) -> f64 {
 /// its own, and `(λ³/24) κ′ᵀ C κ′`.
 fn variation(law: &RodLaw, pair: &CellPair, shape: &BranchShape<'_>) -> f64 {
     let c = pair.frame;
-    let stiffness = &law.couplings[c];
-    let form = |e: Vector| e.dot(&stiffness.component_mul(&e));
+    let stiffness = law.coupling_stiffness(c);
+    let form = |e: Vector| e.dot(&(stiffness * e));
     let lambda = [shape.coupling_lengths[c - 1], shape.coupling_lengths[c]];
     let distance = (lambda[0] + lambda[1]) / 2.0;
     let (mut kappa, mut rest) = ([Vector::zeros(); 2], [Vector::zeros(); 2]);
@@ -143,7 +144,7 @@ pub fn joint_energy(law: &JointLaw, shape: &JointShape<'_>) -> f64 {
         let (a, b) = (shape.frames[pair.a] * pair.alpha, shape.frames[pair.b] * pair.beta);
         let (own, later) = memory.split_at(slips(&pair.friction));
         let e = curvature(&a, &b, pair.length) - pair.curvature;
-        energy += bend_twist(&a, &b, pair.length, &pair.stiffness, &pair.curvature);
+        energy += bend_twist(&a, &b, pair.length, &Matrix::from_diagonal(&pair.stiffness), &pair.curvature);
         energy += pair.length * slipping(&pair.friction, &e, own);
         memory = later;
     }
@@ -158,7 +159,7 @@ pub fn spring_energy(law: &SpringLaw, at: &Pose, target: &Pose) -> f64 {
             0.5 * k * (at.orientation * Vector::z() - target.orientation * Vector::z()).norm_squared()
         }
         TurningLaw::Frame(k) => {
-            bend_twist(&target.orientation, &at.orientation, 1.0, &Vector::repeat(k), &Vector::zeros())
+            bend_twist(&target.orientation, &at.orientation, 1.0, &(Matrix::identity() * k), &Vector::zeros())
         }
     };
     0.5 * law.stiffness * (at.position - target.position).norm_squared() + turned

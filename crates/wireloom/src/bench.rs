@@ -68,6 +68,7 @@ fn section(bending: f64, torsion: f64, axial: f64, density: f64) -> Section {
         shear_stiffness: [axial / 2.6; 2],
         bending_stiffness: [bending; 2],
         torsion_stiffness: torsion,
+        coupling_stiffness: [0.0; 3],
         min_bend_radius: None,
         min_bend_radius_moving: None,
         max_tension: None,

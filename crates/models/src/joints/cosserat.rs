@@ -35,7 +35,7 @@
 
 use super::continued::ContinuedRod;
 use super::pair::Pair;
-use super::sharing::shared;
+use super::sharing::{Stiff, shared};
 use crate::kernel::rotation_matrix;
 use nalgebra::{Quaternion, Unit};
 use wireloom_core::joint::{Arm, Continuation, JointModel, JointShape, JointSpec, Mounting};
@@ -115,22 +115,26 @@ impl CosseratJoint {
         }
         let length = length_of(spec, length)?;
         let shared = shared(spec);
-        let own: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
-        let stays = |a: usize, b: usize| (shared.table[a][b] - own[a]).abs() <= own[a] * ROUND_OFF;
+        let stays = |a: usize, b: usize| {
+            let (own, passed) = (shared.arms[a].stiffness, shared.table[a][b]);
+            (passed - own).abs() <= own * ROUND_OFF
+        };
         let shares_all = spec.arms.len() == 2 && stays(0, 1) && stays(1, 0);
-        let plain = if shares_all { Pair::runs_through(&spec.arms[0], &spec.arms[1]) } else { None };
+        let of_a_rod = if shares_all { Pair::of_a_rod([&spec.arms[0], &spec.arms[1]]) } else { None };
+        if let Some((pair, curvatures)) = of_a_rod {
+            return Ok(Self { pairs: vec![pair], plain: Some(curvatures), continued: None, notes: shared.notes });
+        }
         let mut pairs = Vec::new();
-        for (a, arm_a) in spec.arms.iter().enumerate() {
-            for (b, arm_b) in spec.arms.iter().enumerate().skip(a + 1) {
+        for a in 0..spec.arms.len() {
+            for b in a + 1..spec.arms.len() {
                 let wires = [shared.table[a][b], shared.table[b][a]];
-                if let Some(curvatures) = &plain {
-                    pairs.push(Pair::of_a_rod(a, b, [arm_a, arm_b], curvatures));
-                } else if wires[0].max() > 0.0 {
-                    pairs.push(Pair::of_wires(a, b, [arm_a, arm_b], wires, length));
+                if wires[0].max() > 0.0 {
+                    let arms = [a, b].map(|k| (&spec.arms[k], &shared.arms[k]));
+                    pairs.push(Pair::of_wires([a, b], arms, wires, length));
                 }
             }
         }
-        Ok(Self { pairs, plain, continued: None, notes: shared.notes })
+        Ok(Self { pairs, plain: None, continued: None, notes: shared.notes })
     }
 }
 
@@ -161,15 +165,14 @@ fn length_of(spec: &JointSpec, given: Option<f64>) -> Result<f64, BuildError> {
 impl Pair {
     /// The arms' wires from a to b, which part from the others over this length (m) of each arm; `wires` is C_ab and
     /// C_ba.
-    fn of_wires(a: usize, b: usize, arms: [&Arm; 2], wires: [Vector; 2], length: f64) -> Self {
-        let compliance = |arm: &Arm, wires: &Vector| -> Matrix {
-            let own = arm.section.bend_diagonal();
+    fn of_wires([a, b]: [usize; 2], arms: [(&Arm, &Stiff); 2], wires: [Vector; 2], length: f64) -> Self {
+        let compliance = |(arm, Stiff { axes, stiffness: own }): (&Arm, &Stiff), wires: &Vector| -> Matrix {
             let least = STIFFEST * arm.section.diameter;
             let beyond = |i: usize| {
                 let wires = wires[i].max(SOFTEST * own[i]);
                 (length * (1.0 / wires - 1.0 / own[i])).max(least / own[i])
             };
-            let r = rotation_matrix(&arm.rest);
+            let r = rotation_matrix(&(arm.rest * axes));
             r * Matrix::from_diagonal(&Vector::new(beyond(0), beyond(1), beyond(2))) * r.transpose()
         };
         let of_both = compliance(arms[0], &wires[0]) + compliance(arms[1], &wires[1]);
@@ -183,51 +186,48 @@ impl Pair {
             lambda: 1.0,
             stiffness: axes.eigenvalues.map(f64::recip),
             curvature: Vector::zeros(),
-            alpha: arms[0].rest.inverse() * frame,
-            beta: arms[1].rest.inverse() * frame,
+            alpha: arms[0].0.rest.inverse() * frame,
+            beta: arms[1].0.rest.inverse() * frame,
             slips: None,
         }
     }
 
-    /// Frames of two arms as they run through: into the joint along a, out of it along b, each times this.
-    fn senses(arm_a: &Arm, arm_b: &Arm) -> [Rotation; 2] {
-        [arm_a.starts_here, !arm_b.starts_here].map(|turned| if turned { half_turn() } else { Rotation::identity() })
-    }
-
-    /// Rest curvatures of two arms as they run through, 1/m: run from its other end, a branch has the curvature
-    /// (−κ1, κ2, κ3) about its turned frame.
-    fn rest_curvatures(arm_a: &Arm, arm_b: &Arm) -> [Vector; 2] {
-        [(arm_a, arm_a.starts_here), (arm_b, !arm_b.starts_here)].map(|(arm, turned)| {
-            let k = arm.curvature;
-            if turned { Vector::new(-k.x, k.y, k.z) } else { k }
-        })
-    }
-
-    /// Rest curvatures of two arms of one stiffness that go on straight into each other, 1/m.
-    fn runs_through(arm_a: &Arm, arm_b: &Arm) -> Option<[Vector; 2]> {
+    /// Two arms of one stiffness that go on straight into each other, as neighbouring segments of one rod: their pair,
+    /// and the rest curvature of each (1/m), all about the principal axes of the first one.
+    fn of_a_rod([arm_a, arm_b]: [&Arm; 2]) -> Option<(Self, [Vector; 2])> {
         /// Turn between the arms at rest that is round-off, rad.
         const NONE: f64 = 1e-9;
-        let [into, out] = Self::senses(arm_a, arm_b);
+        // Along the rod a branch that runs against it has frames turned by half a turn, the curvature (−κ1, κ2, κ3).
+        let turned = [arm_a.starts_here, !arm_b.starts_here];
+        let [into, out] = turned.map(|turned| if turned { half_turn() } else { Rotation::identity() });
+        let stiffness = |arm: &Arm, sense: &Rotation| {
+            let sense = rotation_matrix(sense);
+            sense * arm.section.bend_stiffness() * sense.transpose()
+        };
         let rest = (arm_a.rest * into).inverse() * (arm_b.rest * out);
-        let alike = arm_a.section.bend_diagonal() == arm_b.section.bend_diagonal();
-        (rest.angle() <= NONE && alike).then(|| Self::rest_curvatures(arm_a, arm_b))
-    }
-
-    /// Two segments of one rod with these curvatures at rest, as it runs through.
-    fn of_a_rod(a: usize, b: usize, arms: [&Arm; 2], curvatures: &[Vector; 2]) -> Self {
-        let [into, out] = Self::senses(arms[0], arms[1]);
-        let [length_a, length_b] = arms.map(|arm| arm.segment_length);
-        let length = length_a + length_b;
-        Self {
-            a,
-            b,
-            lambda: 0.5 * length,
-            stiffness: arms[0].section.bend_diagonal(),
-            curvature: (curvatures[0] * length_a + curvatures[1] * length_b) / length,
-            alpha: into,
-            beta: out,
-            slips: None,
+        if rest.angle() > NONE || stiffness(arm_a, &into) != stiffness(arm_b, &out) {
+            return None;
         }
+        let (axes, stiffness) = arm_a.section.principal_axes();
+        let axes = into.inverse() * axes;
+        let curvature = |arm: &Arm, turned: bool| {
+            let k = arm.curvature;
+            axes.inverse() * if turned { Vector::new(-k.x, k.y, k.z) } else { k }
+        };
+        let curvatures = [curvature(arm_a, turned[0]), curvature(arm_b, turned[1])];
+        let [length_a, length_b] = [arm_a, arm_b].map(|arm| arm.segment_length);
+        let length = length_a + length_b;
+        let pair = Self {
+            a: 0,
+            b: 1,
+            lambda: 0.5 * length,
+            stiffness,
+            curvature: (curvatures[0] * length_a + curvatures[1] * length_b) / length,
+            alpha: into * axes,
+            beta: out * axes,
+            slips: None,
+        };
+        Some((pair, curvatures))
     }
 }
 

@@ -1,12 +1,40 @@
 //! Division of the arms' stiffness among the wires that run from one arm of a joint to another.
 
-use wireloom_core::Vector;
-use wireloom_core::joint::JointSpec;
+use std::f64::consts::FRAC_PI_2;
+use wireloom_core::joint::{Arm, JointSpec};
+use wireloom_core::{Rotation, Vector};
+
+/// Stiffness of an arm about axes of its own.
+pub struct Stiff {
+    /// The axes: the arm's frame times this.
+    pub axes: Rotation,
+    /// About each of them, N m².
+    pub stiffness: Vector,
+}
+
+impl Stiff {
+    /// About d1, d2 and d3; of arms one of which couples bending and twist about their principal axes, the softer
+    /// bending first, so that ribbons pass soft to soft however they lie in their frames.
+    fn of(arms: &[Arm]) -> Vec<Self> {
+        let couples = arms.iter().any(|arm| arm.section.couples());
+        let of = |arm: &Arm| {
+            let (axes, stiffness) = arm.section.principal_axes();
+            if couples && stiffness.x > stiffness.y {
+                let quarter = Rotation::from_axis_angle(&Vector::z_axis(), FRAC_PI_2);
+                return Self { axes: axes * quarter, stiffness: Vector::new(stiffness.y, stiffness.x, stiffness.z) };
+            }
+            Self { axes, stiffness }
+        };
+        arms.iter().map(of).collect()
+    }
+}
 
 /// Stiffness that pairs of arms share by their wires.
 pub struct Shared {
-    /// `table[a][b]`: the part of diag(EI1, EI2, GJ) of arm a that belongs to the wires from a to b, N m². At most the
-    /// whole of it together.
+    /// The arms.
+    pub arms: Vec<Stiff>,
+    /// `table[a][b]`: the part of the stiffness of arm a that belongs to the wires from a to b, N m², about each of its
+    /// axes. At most the whole of it together.
     pub table: Vec<Vec<Vector>>,
     /// Remarks.
     pub notes: Vec<String>,
@@ -23,7 +51,8 @@ const NOTED_SHARE: f64 = 0.01;
 /// it passes on, in proportion.
 pub fn shared(spec: &JointSpec) -> Shared {
     let k = spec.arms.len();
-    let own: Vec<Vector> = spec.arms.iter().map(|arm| arm.section.bend_diagonal()).collect();
+    let arms = Stiff::of(&spec.arms);
+    let own: Vec<Vector> = arms.iter().map(|arm| arm.stiffness).collect();
     let mut table = vec![vec![Vector::zeros(); k]; k];
     let mut notes = Vec::new();
     let row = |row: &[Vector]| row.iter().sum::<Vector>();
@@ -51,7 +80,7 @@ pub fn shared(spec: &JointSpec) -> Shared {
             let passed = row(all);
             all.iter_mut().for_each(|x| *x = x.component_mul(&own.component_div(&passed)));
         }
-        return Shared { table, notes };
+        return Shared { arms, table, notes };
     }
     for wire in &spec.wires {
         let x = own[wire.from] * wire.fraction;
@@ -72,7 +101,7 @@ pub fn shared(spec: &JointSpec) -> Shared {
         let least = own.zip_map(&passed, |own, passed| if passed > own { own / passed } else { 1.0 });
         all.iter_mut().for_each(|x| *x = x.component_mul(&least));
     }
-    Shared { table, notes }
+    Shared { arms, table, notes }
 }
 
 /// The symmetric table X with zero diagonal whose rows add up to `stiffness` (one entry for each arm, all
@@ -144,6 +173,7 @@ mod tests {
             shear_stiffness: [4e3; 2],
             bending_stiffness: [x, 2.0 * x],
             torsion_stiffness: 0.7 * x,
+            coupling_stiffness: [0.0; 3],
             min_bend_radius: None,
             min_bend_radius_moving: None,
             max_tension: None,

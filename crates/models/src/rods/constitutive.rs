@@ -15,6 +15,7 @@ use wireloom_core::{Section, Vector};
 pub fn kind(laws: ConstitutiveKind) -> RodKind {
     let ConstitutiveKind { name, doc, parameters, build } = laws;
     let build = Box::new(move |spec: &RodSpec, values: &_| {
+        Stiffness::uncoupled(spec, "a rod of a plugin")?;
         let (name, section) = (spec.name.clone(), spec.only_section()?.clone());
         let of_laws = ConstitutiveSpec { name, section, length: spec.mesh.length(), curvature: spec.curvature };
         let laws = *build(&of_laws, values)?;
@@ -41,6 +42,7 @@ fn stiffness(spec: &RodSpec, laws: &ConstitutiveLaws) -> Stiffness {
     Stiffness {
         segments: (0..spec.mesh.segments()).map(|j| SegmentStiffness { c: of_segment(j), overturned: 0.0 }).collect(),
         couplings: spec.of_couplings().map(of_coupling).collect(),
+        axes: Vec::new(),
         blends: [Stencil::END.station, Stencil::INNER.station],
         variation: if laws.bend.is_some() { 0.0 } else { 1.0 },
     }

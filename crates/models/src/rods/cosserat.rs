@@ -27,9 +27,15 @@ pub fn rod(spec: RodSpec) -> StaggeredRod {
 /// order.
 pub fn stiffness(spec: &RodSpec) -> Stiffness {
     let segment = |section: &Section| SegmentStiffness { c: section.linear_stretch_diagonal(), overturned: 0.0 };
+    let (axes, couplings) = if spec.sections.iter().any(Section::couples) {
+        spec.of_couplings().map(Section::principal_axes).unzip()
+    } else {
+        (Vec::new(), spec.of_couplings().map(Section::lasting_diagonal).collect())
+    };
     Stiffness {
         segments: (0..spec.mesh.segments()).map(|j| segment(spec.sections.of(j))).collect(),
-        couplings: spec.of_couplings().map(Section::lasting_diagonal).collect(),
+        couplings,
+        axes,
         blends: [Stencil::END.station, Stencil::INNER.station],
         variation: if spec.sections.iter().all(Section::bends_linearly) { 1.0 } else { 0.0 },
     }

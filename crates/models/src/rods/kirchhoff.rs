@@ -47,7 +47,10 @@ pub fn kind() -> RodKind {
               looked at; second order in the segment length, with a small constant"
             .into(),
         parameters: vec![],
-        build: Box::new(|spec, _| with_laws(spec, StaggeredRod::new(spec.clone(), stiffness(spec)))),
+        build: Box::new(|spec, _| {
+            Stiffness::uncoupled(spec, "a Kirchhoff rod")?;
+            with_laws(spec, StaggeredRod::new(spec.clone(), stiffness(spec)))
+        }),
     }
 }
 
@@ -55,6 +58,7 @@ fn stiffness(spec: &RodSpec) -> Stiffness {
     Stiffness {
         segments: aligned_segments(spec),
         couplings: spec.of_couplings().map(Section::lasting_diagonal).collect(),
+        axes: Vec::new(),
         blends: [Stencil::END.station, Stencil::INNER.station],
         variation: if spec.sections.iter().all(Section::bends_linearly) { 1.0 + 12.0 / ALIGNMENT } else { 0.0 },
     }

@@ -28,6 +28,7 @@ pub fn kind() -> RodKind {
             .into(),
         parameters: vec![],
         build: Box::new(|spec, _| {
+            Stiffness::uncoupled(spec, "a mass-spring chain")?;
             let linear = |section: &&Section| section.bends_linearly() && section.laws.axial.is_none();
             let Some(section) = spec.sections.iter().find(|section| !linear(section)) else {
                 return Ok(Box::new(StaggeredRod::new(spec.clone(), stiffness(spec))));
@@ -50,5 +51,5 @@ fn stiffness(spec: &RodSpec) -> Stiffness {
     let beside_station = |c: usize| [c, c + 1].iter().any(|frame| mesh.station_frames.binary_search(frame).is_ok());
     let couplings = spec.of_couplings().map(spring).enumerate();
     let couplings = couplings.map(|(k, c)| if beside_station(k) { c * 0.5 } else { c }).collect();
-    Stiffness { segments: aligned_segments(spec), couplings, blends: [0.0, 0.0], variation: 0.0 }
+    Stiffness { segments: aligned_segments(spec), couplings, axes: Vec::new(), blends: [0.0, 0.0], variation: 0.0 }
 }

@@ -27,10 +27,15 @@ pub struct NonlinearRod {
 /// [`wireloom_core::Section::linear_stretch_diagonal`]), and beside it the other laws of its section.
 ///
 /// # Errors
-/// If such a section is one of several along the branch.
+/// If such a section is one of several along the branch, or couples bending and twist.
 pub fn with_laws(spec: &RodSpec, linear: StaggeredRod) -> Result<Box<dyn RodSegment>, BuildError> {
     let nonlinear = |section: &&Section| !section.bends_linearly() || section.laws.axial.is_some();
     let Some(section) = spec.sections.iter().find(nonlinear) else { return Ok(Box::new(linear)) };
+    if section.couples() {
+        let has = section.nonlinear_keys().join(", ");
+        let message = format!("its section \"{}\" has a `coupling_stiffness` beside {has}", section.name);
+        return Err(BuildError::new(message, "only linear sections couple bending and twist").at("section"));
+    }
     if spec.sections.only().is_none() {
         let has = section.nonlinear_keys().join(", ");
         let message = format!("its section changes along it, and \"{}\" has {has}", section.name);

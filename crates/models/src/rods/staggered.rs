@@ -13,19 +13,34 @@ use wireloom_core::rod::{
     Beside, BranchHessian, BranchShape, CellPair, CouplingHessian, Mesh, RodEnergy, RodSegment, RodSpec,
 };
 use wireloom_core::section::{SectionFriction, SectionLaws};
-use wireloom_core::{Matrix, Rotation, Vector};
+use wireloom_core::{BuildError, Matrix, Rotation, Vector};
 
 /// The stiffness of every part of a branch.
 pub struct Stiffness {
     /// Of each segment.
     pub segments: Vec<SegmentStiffness>,
-    /// C of each coupling: diag(EI1, EI2, GJ), N m².
+    /// C of each coupling about its principal axes, N m²: diag(EI1, EI2, GJ) where these are the axes of the frames.
     pub couplings: Vec<Vector>,
+    /// Q of each coupling: frames `q Q` have its principal axes ([`wireloom_core::Section::principal_axes`]),
+    /// the same in a pair of couplings; empty: the axes of the frames.
+    pub axes: Vec<Rotation>,
     /// Coefficient of a station at an end of the branch, and of one within it, in the segments beside it
     /// ([`Stencil`]), where the scheme is of second order.
     pub blends: [f64; 2],
     /// Factor f of the variation of curvature ([`Variation`]); 0: the scheme is of second order everywhere.
     pub variation: f64,
+}
+
+impl Stiffness {
+    /// Refuses sections whose bending and twist are coupled, of a kind of rod that does not know them.
+    ///
+    /// # Errors
+    /// The first such section.
+    pub(super) fn uncoupled(spec: &RodSpec, rod: &str) -> Result<(), BuildError> {
+        let Some(section) = spec.sections.iter().find(|section| section.couples()) else { return Ok(()) };
+        let message = format!("its section \"{}\" has a `coupling_stiffness`, which {rod} does not know", section.name);
+        Err(BuildError::new(message, "rod = \"cosserat\" knows it").at("rod"))
+    }
 }
 
 /// One branch on the staggered grid.
@@ -145,7 +160,39 @@ impl StaggeredRod {
             None => self.curvature,
             Some(extra) => self.curvature + extra,
         };
-        BendTwist::new(a, b, shape.coupling_lengths[c], &self.stiffness.couplings[c], &rest)
+        let (lambda, stiffness) = (shape.coupling_lengths[c], &self.stiffness.couplings[c]);
+        match self.stiffness.axes.get(c) {
+            None => BendTwist::new(a, b, lambda, stiffness, &rest),
+            Some(axes) => {
+                BendTwist::new(&(a * axes), &(b * axes), lambda, stiffness, &axes.inverse_transform_vector(&rest))
+            }
+        }
+    }
+
+    /// [`BendTwist::gradient`] of a coupling about the axes of its frames.
+    #[inline(always)]
+    fn gradient(&self, c: usize, law: &BendTwist) -> (Vector, Vector) {
+        let (a, b) = law.gradient();
+        match self.stiffness.axes.get(c) {
+            None => (a, b),
+            Some(axes) => (axes * a, axes * b),
+        }
+    }
+
+    /// Turns the second derivatives of couplings and pairs from the principal axes to those of the frames.
+    fn turn_hessian(&self, hessian: &mut BranchHessian) {
+        let turn = |axes: &Rotation, block: &mut Matrix| {
+            let axes = rotation_matrix(axes);
+            *block = axes * *block * axes.transpose();
+        };
+        for (axes, CouplingHessian { aa, ab, bb }) in self.stiffness.axes.iter().zip(&mut hessian.couplings) {
+            [aa, ab, bb].into_iter().for_each(|block| turn(axes, block));
+        }
+        if !self.stiffness.axes.is_empty() {
+            for (pair, across) in self.mesh.pairs.iter().zip(&mut hessian.pairs) {
+                turn(&self.stiffness.axes[pair.frame], across);
+            }
+        }
     }
 }
 
@@ -242,7 +289,7 @@ impl RodSegment for StaggeredRod {
     fn coupling_gradient(&self, shape: &BranchShape<'_>, frames: &mut [Vector]) -> f64 {
         frames.fill(Vector::zeros());
         let (bend, twist) = self.each_coupling(shape, |c, law| {
-            let (a, b) = law.gradient();
+            let (a, b) = self.gradient(c, law);
             frames[c] += a;
             frames[c + 1] += b;
         });
@@ -302,6 +349,7 @@ impl RodSegment for StaggeredRod {
         } else {
             self.bending_hessian(shape, hessian);
         }
+        self.turn_hessian(hessian);
     }
 
     fn edge_stiffness(&self, shape: &BranchShape<'_>, stiffness: &mut [Matrix]) {
@@ -395,7 +443,8 @@ impl RodSegment for StaggeredRod {
             }
         }
         for (c, &lambda) in shape.coupling_lengths.iter().enumerate().filter(|(c, _)| coupling_rates[*c] != 0.0) {
-            let (a, b) = self.coupling(shape, c).per_length(lambda, &self.stiffness.couplings[c]).gradient();
+            let law = self.coupling(shape, c).per_length(lambda, &self.stiffness.couplings[c]);
+            let (a, b) = self.gradient(c, &law);
             frames[c] += a * coupling_rates[c];
             frames[c + 1] += b * coupling_rates[c];
         }
@@ -408,7 +457,7 @@ impl RodSegment for StaggeredRod {
             let laws = places.map(|c| self.coupling(shape, c));
             let changes = self.variation(shape, pair, [&laws[0], &laws[1]]).moments_per_length(rates);
             for ((c, law), change) in places.into_iter().zip(laws).zip(changes) {
-                let (a, b) = law.with_moment(change).gradient();
+                let (a, b) = self.gradient(c, &law.with_moment(change));
                 frames[c] += a;
                 frames[c + 1] += b;
             }
@@ -418,7 +467,9 @@ impl RodSegment for StaggeredRod {
     /// `R_b ∂E/∂θ_b` of the parts of the energy that belong to couplings, which by objectivity equals `−R_a ∂E/∂θ_a`;
     /// and what a segment beside a station exerts on its neighbours.
     fn moments(&self, shape: &BranchShape<'_>, moments: &mut [Vector]) {
-        self.each_coupling(shape, |c, law| moments[c] = rotation_matrix(&shape.frames[c + 1]) * law.gradient().1);
+        self.each_coupling(shape, |c, law| {
+            moments[c] = rotation_matrix(&shape.frames[c + 1]) * self.gradient(c, law).1
+        });
         for (beside, law) in self.all_blended(shape) {
             let (_, _, at_neighbours) = law.gradient(shape.rest_lengths[beside.segment]);
             let [first, second] = beside.neighbours();
@@ -436,6 +487,7 @@ impl RodSegment for StaggeredRod {
         Some(RodLaw {
             segments: self.stiffness.segments.iter().map(segment).collect(),
             couplings: self.stiffness.couplings.clone(),
+            axes: self.stiffness.axes.clone(),
             blends: self.stiffness.blends,
             variation: self.stiffness.variation,
             curvature: self.curvature,

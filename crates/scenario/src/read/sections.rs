@@ -30,6 +30,9 @@ const CURVES: [(&str, &str); 2] = [("axial_curve", "axial_stiffness"), ("bending
 /// cable are not determined: nothing but this holds them apart.
 const LEAST_COMPRESSION: f64 = 1e-4;
 
+/// Least stiffness of a section in any direction of bending and twist, as a part of the greatest of EI and GJ.
+const SOFTEST: f64 = 1e-9;
+
 /// Keys of the friction of a section that let it slip in bending.
 const SLIPPING: [&str; 3] = ["bending", "slip_moment", "stiff_ratio"];
 
@@ -76,6 +79,7 @@ pub(crate) fn section<'a>(
             .or(bundle.map(|bundle| [bundle.bending.taken; 2]))
             .unwrap_or([1.0; 2]),
         torsion_stiffness: or_rule(entry.number("torsion_stiffness"), |bundle| bundle.torsion.taken),
+        coupling_stiffness: entry.vector("coupling_stiffness").unwrap_or_default().into(),
         min_bend_radius: entry.number("min_bend_radius").or(bundle.map(|bundle| bundle.min_bend_radius)),
         min_bend_radius_moving: entry.number("min_bend_radius_moving"),
         max_tension: entry.number("max_tension").or(bundle.and_then(|bundle| bundle.max_tension)),
@@ -91,6 +95,7 @@ pub(crate) fn section<'a>(
             torsion_set: None,
         },
     };
+    refuse_unstable(entry, &section);
     let [set, torsion_set] = entry.entry("set").map(|entry| set(&entry, &section)).unwrap_or_default();
     let friction = friction_entry.as_ref().map(|own| section_friction(own, &section)).unwrap_or_default();
     let section = Section { friction, set, laws: SectionLaws { torsion_set, ..section.laws }, ..section };
@@ -98,6 +103,21 @@ pub(crate) fn section<'a>(
         refuse_beyond_bonded(own, &section, by_rule.bundle.bending.bonded);
     }
     (section, by_rule)
+}
+
+/// Refuses a coupling of known stiffnesses with which a bend or a twist costs no energy.
+fn refuse_unstable(entry: &Entry<'_>, section: &Section) {
+    let known = ["bending_stiffness", "torsion_stiffness"].into_iter().all(|key| entry.has(key) || entry.has("wires"));
+    let least = section.bend_stiffness().symmetric_eigenvalues().min();
+    if known && section.couples() && least <= SOFTEST * section.bend_diagonal().max() {
+        let message = format!(
+            "with this `coupling_stiffness` a bend or a twist of {} costs no energy: in one direction its stiffness is \
+             {least:.2e} N m²",
+            entry.label
+        );
+        let help = "[[EI1, C12, C13], [C12, EI2, C23], [C13, C23, GJ]] must be positive definite: give smaller ones";
+        entry.fault_at("coupling_stiffness", message, help);
+    }
 }
 
 /// Refuses friction with which wires that stick on each other are stiffer than bonded ones.

@@ -60,7 +60,8 @@ use wireloom_core::equilibrium::{BranchError, BranchResult};
 use wireloom_core::network::{Branch, BranchEnd};
 use wireloom_core::problem::{Hessian, Problem};
 use wireloom_core::rod::{BranchHessian, SegmentHessian};
-use wireloom_core::{State, Tangent, Vector};
+use wireloom_core::section::softest_bending;
+use wireloom_core::{Matrix, State, Tangent, Vector};
 
 /// Factor on the envelope of the leading term.
 const SAFETY: f64 = 1.5;
@@ -169,10 +170,11 @@ impl Samples<'_> {
             let lambda = self.shape.coupling_lengths[c];
             if node > 0 && self.fine[node - 1] {
                 let Some(turns) = response else {
-                    return self.cell_moments[c].component_div(self.of_coupling(c)) / lambda;
+                    return self.bent(c, &self.cell_moments[c]) / lambda;
                 };
                 let [within, turned] = self.parts_of_curvature(c, turns);
-                return within.zip_map(&turned, |a, b| (a + b).abs().max(CANCELLED * (a.abs() + b.abs())));
+                return within
+                    .zip_map(&turned, |a, b| (a + b).abs().max(CANCELLED * (a.abs() + b.abs())).copysign(a + b));
             }
             let rates = [node.checked_sub(1), Some(node)].map(|j| j.and_then(|j| *self.rate.get(j)?));
             let (second, first) = match rates {
@@ -223,7 +225,7 @@ impl Samples<'_> {
     /// that under the moment, to which D adds `∂D/∂κ/λ`.
     fn parts_of_curvature(&self, c: usize, turns: &[Vector]) -> [Vector; 2] {
         let of_defect = self.cell_moments[c] + self.edge_moments[c];
-        [of_defect.component_div(self.of_coupling(c)) / self.shape.coupling_lengths[c], self.turned(c, turns)]
+        [self.bent(c, &of_defect) / self.shape.coupling_lengths[c], self.turned(c, turns)]
     }
 
     /// Error of the curvature of a node by one of its moment (N m, world axes), 1/m. A station turns with its frame,
@@ -239,8 +241,8 @@ impl Samples<'_> {
         let to_body = self.result.frame[node].inverse();
         let moment = to_body * self.result.moment[node];
         let error = to_body * error - turn.cross(&moment);
-        let [before, after] = self.beside(node);
-        error.component_div(&before.inf(after))
+        let [before, after] = self.beside(node).map(|j| self.compliance[j] * error);
+        before.zip_map(&after, |a, b| if a.abs() < b.abs() { b } else { a })
     }
 
     /// Errors of the moment near stations and ends, N m, world axes, each with its node, where the scheme is of fourth
@@ -262,9 +264,9 @@ impl Samples<'_> {
                 let inner = if ahead { end + steps } else { end - steps };
                 let c = mesh.coupling_nodes.partition_point(|node| *node < inner);
                 let [within, turned] = self.parts_of_curvature(c, change.turns);
-                let moment = self.of_coupling(c).component_mul(&(self.curvature[c] - self.rest));
+                let moment = self.of_coupling(c) * (self.curvature[c] - self.rest);
                 let turn = (change.turns[c] + change.turns[c + 1]) * 0.5;
-                let own = self.of_coupling(c).component_mul(&(within + turned)) + turn.cross(&moment);
+                let own = self.of_coupling(c) * (within + turned) + turn.cross(&moment);
                 let mut error = self.result.frame[inner] * own;
                 for k in (0..steps).rev() {
                     let (j, node, sign) = if ahead { (end + k, end + k, 1.0) } else { (end - 1 - k, end - k, -1.0) };
@@ -314,7 +316,7 @@ impl Samples<'_> {
             let node = mesh.coupling_nodes[c];
             bend[node] = bend[node].max(error.xy().norm());
             torsion[node] = torsion[node].max(error.z.abs());
-            whole[node] = whole[node].max(self.of_coupling(c).component_mul(error).norm());
+            whole[node] = whole[node].max((self.of_coupling(c) * error).norm());
         }
         // Stations and joints have the error of the node beside them, and their own.
         for node in 0..=n {
@@ -344,7 +346,7 @@ impl Samples<'_> {
                         rate * ((self.place[c] - result.s[node]).abs() * l / mesh.length()) + (next - rate) * (l / 8.0);
                     bend[node] += left.xy().norm();
                     torsion[node] += left.z.abs();
-                    whole[node] += self.stiffness[j].component_mul(&left).norm();
+                    whole[node] += (self.stiffness[j] * left).norm();
                 }
             }
         }
@@ -391,11 +393,11 @@ impl Samples<'_> {
             // bending moment for torsion.
             for (c, turn) in turns.iter().enumerate().take(self.curvature.len()) {
                 let node = mesh.coupling_nodes[c];
-                let moment = self.of_coupling(c).component_mul(&(self.curvature[c] - self.rest));
+                let moment = self.of_coupling(c) * (self.curvature[c] - self.rest);
                 let turned = turn.cross(&moment);
                 errors.moment[node] += turned.norm();
                 if self.span_of(c) < SHORT {
-                    errors.torsion[node] += turned.z.abs() / self.of_coupling(c).z;
+                    errors.torsion[node] += self.bent(c, &turned).z.abs();
                 }
             }
             errors.twist.clone_from(&errors.torsion);
@@ -459,9 +461,9 @@ impl Samples<'_> {
                 let kappa = kappa.unwrap_or_default();
                 let second = (other - rate).norm() / length;
                 let turn = length.powi(3) * (second / 64.0 + kappa.norm() * rate.norm() / 320.0);
-                let moment = self.stiffness[j].component_mul(&(kappa - self.rest)).xy().norm();
+                let moment = (self.stiffness[j] * (kappa - self.rest)).xy().norm();
                 for k in 0..2 {
-                    torsion[node(k)] += turn * moment / self.stiffness[j].z;
+                    torsion[node(k)] += turn * moment * self.compliance[j].column(2).norm();
                 }
             }
         }
@@ -514,11 +516,13 @@ fn envelope(errors: &mut Vec<f64>, factor: f64) {
 
 /// The same of errors of curvature or torsion, by this stiffness, where the section changes: errors of moments are
 /// alike on both sides. At a change they are those of the softer section.
-fn envelope_of_moments(errors: &mut Vec<f64>, factor: f64, samples: &Samples<'_>, stiffness: fn(&Vector) -> f64) {
+fn envelope_of_moments(errors: &mut Vec<f64>, factor: f64, samples: &Samples<'_>, stiffness: fn(&Matrix) -> f64) {
     if samples.branch.sections.only().is_some() {
         return envelope(errors, factor);
     }
-    let of_node = |node: usize| samples.beside(node).map(stiffness).into_iter().fold(f64::INFINITY, f64::min);
+    let of_node = |node: usize| {
+        samples.beside(node).map(|j| stiffness(&samples.stiffness[j])).into_iter().fold(f64::INFINITY, f64::min)
+    };
     errors.iter_mut().enumerate().for_each(|(node, error)| *error *= of_node(node));
     envelope(errors, factor);
     errors.iter_mut().enumerate().for_each(|(node, error)| *error /= of_node(node));
@@ -570,8 +574,8 @@ pub(crate) fn estimate(
         errors.position.iter_mut().for_each(|error| *error *= steepness * slid);
         for (node, unresolved) in samples.unresolved().into_iter().enumerate() {
             errors.curvature[node] += unresolved;
-            errors.moment[node] +=
-                samples.beside(node).map(|own| own.xy().max()).into_iter().fold(0.0, f64::max) * unresolved;
+            let stiffest = samples.beside(node).map(|j| samples.stiffness[j].diagonal().xy().max());
+            errors.moment[node] += stiffest.into_iter().fold(0.0, f64::max) * unresolved;
             let is_inner = |j: &usize| *j < samples.rate.len();
             let around = [node.checked_sub(1), Some(node)].into_iter().flatten().filter(is_inner);
             if around.into_iter().any(|j| samples.span(j) < SHORT) {
@@ -585,7 +589,7 @@ pub(crate) fn estimate(
             let moment = uneven * samples.branch.rod.mesh().length() * LEVER;
             errors.force.iter_mut().for_each(|error| *error += uneven);
             errors.moment.iter_mut().for_each(|error| *error += moment);
-            let softest = samples.stiffness.iter().map(|own| own.xy().min()).fold(f64::INFINITY, f64::min);
+            let softest = samples.stiffness.iter().map(softest_bending).fold(f64::INFINITY, f64::min);
             errors.curvature.iter_mut().for_each(|error| *error += moment / softest);
         }
         let NodalErrors { curvature, torsion, twist, force, moment, position, .. } = &mut errors;
@@ -593,9 +597,9 @@ pub(crate) fn estimate(
         for all in [force, moment, position] {
             envelope(all, factor);
         }
-        envelope_of_moments(curvature, factor, samples, |c| c.xy().min());
+        envelope_of_moments(curvature, factor, samples, softest_bending);
         for all in [torsion, twist] {
-            envelope_of_moments(all, factor, samples, |c| c.z);
+            envelope_of_moments(all, factor, samples, |c| c.m33);
         }
         if touches {
             // At a node that touches something the force jumps; with another mesh it touches elsewhere.

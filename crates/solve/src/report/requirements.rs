@@ -16,6 +16,7 @@ use wireloom_core::conditions::Against;
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, OperationResult};
 use wireloom_core::network::{Place, Span};
 use wireloom_core::requirement::{Measure, Motion, Part, Requirement};
+use wireloom_core::section::softest_bending;
 use wireloom_core::{EventPlace, Network, Pose, Problem, Section, State, Vector};
 
 /// Distance, in radii, within which surfaces that press on each other are in touch.
@@ -339,7 +340,7 @@ impl<'a> Equilibrium<'a> {
         match requirement.measure {
             Measure::BendRadius => {
                 let error = |place: &Local| {
-                    let share = self.share_of_error(b, place, |section| section.sticking_diagonal().xy().min());
+                    let share = self.share_of_error(b, place, |section| softest_bending(&section.sticking_stiffness()));
                     place.error(|i| errors.curvature[i] * share + errors.between[i])
                 };
                 let mut bends = Vec::new();
@@ -361,9 +362,9 @@ impl<'a> Equilibrium<'a> {
                 places(true, found, &|place| own.strain_under(place.segment, place.tension()).0, &error);
             }
             Measure::Torsion if own.twists_linearly() => {
-                let stiffness = |place: &Local| own.sections.of(place.segment).torsion_stiffness;
-                let twist = |place: &Local| place.moment.dot(&(place.frame * Vector::z())) / stiffness(place);
-                places(true, found, &|place| twist(place).abs(), torsion);
+                let section = |place: &Local| own.sections.of(place.segment);
+                let moment = |place: &Local| place.frame.inverse_transform_vector(&place.moment);
+                places(true, found, &|place| section(place).curvature_under(&moment(place)).z.abs(), torsion);
             }
             Measure::Torsion => places(true, found, &|place| self.twist(b, place.node).abs(), torsion),
             Measure::Deviation => {

@@ -72,7 +72,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         friction: None,
     };
     let rest = branch.rod.linear_law().map(|law| law.curvature);
-    let bend_diagonal = |segment: usize| branch.sections.of(segment).bend_diagonal();
+    let bent_by = |segment: usize, moment: &Vector| branch.sections.of(segment).curvature_under(moment);
     let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
     // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
     // moments jump, the tighter side is reported.
@@ -86,7 +86,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         let kappa = match (mesh.station_frame(node), rest) {
             (Some(frame), Some(rest)) => {
                 let moment = shape.frames[frame].inverse() * coupling_moments[c];
-                let elastic = || rest + moment.component_div(&bend_diagonal(mesh.coupling_segment(c)));
+                let elastic = || rest + bent_by(mesh.coupling_segment(c), &moment);
                 let kappa = branch.rod.curvature_under(&moment, memory_of(&shape, c), shape.duration);
                 let kappa = kappa.unwrap_or_else(elastic);
                 shape.extra_curvature.get(c).map_or(kappa, |extra| kappa + extra)
@@ -181,7 +181,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
             (kappa, frame)
         } else {
             let moment = q.inverse() * moment;
-            let kappa = moment.component_div(&bend_diagonal(segment)) + joint.arms[arm].curvature;
+            let kappa = bent_by(segment, &moment) + joint.arms[arm].curvature;
             (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * shape.rest_lengths[segment])))
         };
         curvature[node].0 = kappa;
@@ -215,7 +215,7 @@ pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bo
         nodes::refine(branch, &segments, through, weight, &mut result, |node, moment| {
             // The same all along a branch.
             let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
-            curvature[node].0 = rest + moment.component_div(&bend_diagonal(node.min(n - 1)));
+            curvature[node].0 = rest + bent_by(node.min(n - 1), &moment);
         });
     }
     if branch.has_axial_law() || branch.sections.only().is_none() {

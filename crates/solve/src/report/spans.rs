@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use wireloom_core::constraint::Action;
 use wireloom_core::network::{BranchEnd, Place};
+use wireloom_core::section::softest_bending;
 use wireloom_core::sections::SectionSpan;
 use wireloom_core::{EventKind, EventPlace, Network, Problem, State};
 
@@ -119,7 +120,7 @@ impl CableSpan {
     }
 
     /// Force above which it is not stable while it is straight, even between clamped ends, N: Rayleigh's quotient
-    /// `∫ m²/EI ds / ∫ θ² ds` (Timoshenko & Gere 1961, sections 2.2 and 2.8), with the smaller EI of each section.
+    /// `∫ m²/EI ds / ∫ θ² ds` (Timoshenko & Gere 1961, sections 2.2 and 2.8), with the smallest EI of each section.
     ///
     /// The cable has the moment `m = cos kx − α − β s` with `k = 2π/L`, x being the length of cable before a place, s
     /// that with hubs, and L that of all cable; hubs do not bend. α and β leave the ends where and as they are clamped:
@@ -178,7 +179,7 @@ struct Stiff {
     hub: f64,
     /// Length, m.
     length: f64,
-    /// The smaller EI, N m².
+    /// The smallest EI, N m².
     bending: f64,
 }
 
@@ -192,8 +193,7 @@ impl Piece {
         let place = |node: usize| s.get(node).map_or(high, |place| place.clamp(low, high));
         let part = |span: &SectionSpan| {
             let length = (place(span.segments.end) - place(span.segments.start)) * self.free;
-            let [one, other] = span.section.bending_stiffness;
-            Stiff { hub: 0.0, length, bending: one.min(other) }
+            Stiff { hub: 0.0, length, bending: softest_bending(&span.section.bend_stiffness()) }
         };
         let mut parts: Vec<Stiff> = match branch.sections.spans() {
             [span] => vec![Stiff { length: self.length(), ..part(span) }],

@@ -50,6 +50,15 @@ macro_rules! conformance_suite {
 #[macro_export]
 macro_rules! rod_conformance {
     ($name:ident, $factory:expr) => {
+        $crate::handed_rod_conformance!($name, $factory, running_the_branch_from_its_other_end_changes_nothing);
+    };
+}
+
+/// [`rod_conformance`] for a rod that is another one from its other end, and further checks. That the same cable run
+/// from its other end has the same energy is for [`rod::is_the_same_from_its_other_end`].
+#[macro_export]
+macro_rules! handed_rod_conformance {
+    ($name:ident, $factory:expr $(, $further:ident)*) => {
         $crate::conformance_suite!(
             $name, rod, ($factory),
             keeps_the_mesh_it_was_built_for
@@ -62,7 +71,6 @@ macro_rules! rod_conformance {
             rigid_motion_changes_nothing
             the_sign_of_a_quaternion_does_not_matter
             inner_forces_and_moments_sum_to_zero
-            running_the_branch_from_its_other_end_changes_nothing
             rest_shape_has_no_energy_and_no_gradient
             bending_of_a_branch_cut_at_a_station_is_the_sum_of_its_parts
             energies_by_effect_are_not_negative_and_add_up
@@ -74,6 +82,7 @@ macro_rules! rod_conformance {
             non_finite_input_gives_non_finite_output
             same_input_gives_same_bits
             memory_is_committed_once
+            $($further)*
         );
     };
 }

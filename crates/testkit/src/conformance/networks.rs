@@ -68,6 +68,7 @@ pub fn section(thin: bool) -> Section {
         shear_stiffness: [8e3 * f, 8e3 * f],
         bending_stiffness: [0.012 * f, 0.012 * f],
         torsion_stiffness: 0.009 * f,
+        coupling_stiffness: [0.0; 3],
         min_bend_radius: None,
         min_bend_radius_moving: None,
         max_tension: None,

@@ -5,8 +5,10 @@ use crate::laws::rod_energy;
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use wireloom_core::rod::{BranchHessian, Mesh, RodEnergy, RodSpec};
-use wireloom_core::rotation::skew;
 use wireloom_core::{BranchShape, Matrix, RodSegment, Rotation, Section, Vector};
+
+mod order;
+pub use order::{a_station_inside_changes_the_energy_to_second_order, energy_is_second_order_in_the_segment_length};
 
 /// Makes the rod under test.
 pub type Factory<'f> = dyn Fn(RodSpec) -> Box<dyn RodSegment> + 'f;
@@ -29,6 +31,7 @@ pub fn section() -> Section {
         shear_stiffness: [70.0, 45.0],
         bending_stiffness: [0.05, 0.08],
         torsion_stiffness: 0.03,
+        coupling_stiffness: [0.0; 3],
         min_bend_radius: None,
         min_bend_radius_moving: None,
         max_tension: None,
@@ -569,9 +572,16 @@ pub fn inner_forces_and_moments_sum_to_zero(factory: &Factory<'_>) {
 /// If the branch run from its other end (frames half a turn about d1, curvature `[−κ1, κ2, κ3]`), with the same past,
 /// has another energy or gradient.
 pub fn running_the_branch_from_its_other_end_changes_nothing(factory: &Factory<'_>) {
+    is_the_same_from_its_other_end(factory, factory);
+}
+
+/// # Panics
+/// If the rods of another factory, run from the other end (frames half a turn about d1, curvature `[−κ1, κ2, κ3]`),
+/// with the same past, have another energy or gradient.
+pub fn is_the_same_from_its_other_end(factory: &Factory<'_>, reversing: &Factory<'_>) {
     for Case { name, spec, rod, shape, past } in cases(factory) {
         let n = spec.mesh.segments();
-        let reversed = factory(RodSpec {
+        let reversed = reversing(RodSpec {
             name: spec.name,
             mesh: Mesh::new(
                 spec.mesh.rest_lengths.iter().rev().copied().collect(),
@@ -619,68 +629,6 @@ pub fn rest_shape_has_no_energy_and_no_gradient(factory: &Factory<'_>) {
             assert_near(&format!("{name}: energy"), energy, 0.0, 1e-22);
             assert_near(&format!("{name}: gradient"), g.amax(), 0.0, 1e-11);
         }
-    }
-}
-
-/// A piece of a helix of constant strain `Γ` and curvature `κ`, `n` segments.
-fn helix(mesh: &Mesh) -> Shape {
-    let (k, v) = (Vector::new(0.9, -1.3, 2.0), Vector::new(0.03, -0.02, 1.05));
-    let frame = |s: f64| Rotation::from_scaled_axis(k * s);
-    // x(s) = ∫ exp(σ [κ]ₓ) v dσ = (s I + (1 − cos ωs)/ω² [κ]ₓ + (ωs − sin ωs)/ω³ [κ]ₓ²) v
-    let point = |s: f64| {
-        let w = k.norm();
-        let (a, b) = ((1.0 - (w * s).cos()) / (w * w), (w * s - (w * s).sin()) / (w * w * w));
-        v * s + k.cross(&v) * a + skew(&k) * k.cross(&v) * b
-    };
-    let s = mesh.arc_lengths();
-    let mut frames = vec![Rotation::identity(); mesh.frames()];
-    for (j, &c) in mesh.segment_frames.iter().enumerate() {
-        frames[c] = frame(0.5 * (s[j] + s[j + 1]));
-    }
-    for (&node, &c) in mesh.stations.iter().zip(&mesh.station_frames) {
-        frames[c] = frame(s[node]);
-    }
-    Shape {
-        points: s.iter().map(|&s| point(s)).collect(),
-        compensation: vec![Vector::zeros(); s.len()],
-        frames,
-        free_strain: 0.0,
-        extra: vec![],
-        rest_lengths: mesh.rest_lengths.clone(),
-        memory: Vec::new(),
-        duration: 0.0,
-        coupling_lengths: mesh.coupling_lengths.clone(),
-    }
-}
-
-/// The energy of [`helix`] (length 1) on `n` segments with these stations.
-fn helix_energy(factory: &Factory<'_>, n: usize, stations: Vec<usize>) -> f64 {
-    let mesh = Mesh::new(vec![1.0 / n as f64; n], stations);
-    let rod = factory(spec(&mesh, Vector::new(0.2, 0.1, -0.3)));
-    rod.energy(&helix(&mesh).view()).total()
-}
-
-/// # Panics
-/// If halving the segments of a helix does not quarter the error of its energy `½ L (Γᵀ C Γ + (κ−κ°)ᵀ C (κ−κ°))`.
-pub fn energy_is_second_order_in_the_segment_length(factory: &Factory<'_>) {
-    let section = section();
-    let (gamma, strain) = (Vector::new(0.03, -0.02, 0.05), Vector::new(0.7, -1.4, 2.3));
-    let exact = 0.5 * gamma.dot(&section.stretch_diagonal().component_mul(&gamma))
-        + 0.5 * strain.dot(&section.bend_diagonal().component_mul(&strain));
-    let errors = [16, 32, 64].map(|n| (helix_energy(factory, n, vec![0, n]) - exact).abs());
-    assert!(errors[0] < 0.02 * exact, "16 segments are off by {:e} of {exact:e}", errors[0]);
-    for pair in errors.windows(2) {
-        assert!(pair[1] < 0.35 * pair[0] + 1e-9 * exact, "errors {errors:?} of {exact:e}");
-    }
-}
-
-/// # Panics
-/// If a station inside changes the energy of a helix by more than the square of the segment length.
-pub fn a_station_inside_changes_the_energy_to_second_order(factory: &Factory<'_>) {
-    let changes = [16, 32, 64]
-        .map(|n| (helix_energy(factory, n, vec![0, n / 4, n]) - helix_energy(factory, n, vec![0, n])).abs());
-    for pair in changes.windows(2) {
-        assert!(pair[1] < 0.35 * pair[0] + 1e-9, "changes {changes:?}");
     }
 }
 

@@ -159,7 +159,8 @@ pub fn unknowns(
         text = with_rest_curvature(text, scenario, key, registry).map_err(in_words)?;
         let number = number_at(&text, key, registry).map_err(in_words)?;
         let last = key.rsplit('.').find(|part| part.parse::<usize>().is_err()).unwrap_or_default();
-        let positive = OF_FACTORS.contains(&&*number.unit) || POSITIVE.contains(&last);
+        let is_factor = OF_FACTORS.contains(&&*number.unit) && last != "coupling_stiffness";
+        let positive = is_factor || POSITIVE.contains(&last);
         let logarithm = positive && number.value > 0.0;
         // A length matters by a tenth of the longest branch, a curvature by one radian over it.
         let natural = match &*number.unit {

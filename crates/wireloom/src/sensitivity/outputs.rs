@@ -216,7 +216,8 @@ fn noise(unit: &str, end: &StepResult, network: &Network) -> f64 {
         let stiffest = branch.sections.iter().map(wireloom_core::Section::greatest_axial_stiffness).fold(0.0, f64::max);
         let force = ROUNDINGS * f64::EPSILON * stiffest;
         let moment = force * length / mesh.segments() as f64;
-        let softest = branch.sections.iter().map(|section| section.bend_diagonal().min()).fold(f64::INFINITY, f64::min);
+        let softest =
+            branch.sections.iter().map(|section| section.principal_axes().1.min()).fold(f64::INFINITY, f64::min);
         let turn = moment * length / softest;
         match unit {
             "N" => force,

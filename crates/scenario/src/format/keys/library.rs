@@ -80,6 +80,13 @@ pub(crate) const SECTION: Keys = Keys {
             "GJ; never derived from the bending stiffness",
         ),
         may(
+            "coupling_stiffness",
+            Form::Vector(Quantity::BendingStiffness),
+            "[C12, C13, C23] of C in m = C (κ − κ°), which couples bending about d1 with that about d2, bending about \
+             d1 with twist, and bending about d2 with twist: for flat cables that lie askew in their frame; default 0; \
+             for rod = \"cosserat\"",
+        ),
+        may(
             "min_bend_radius",
             Form::Number(Quantity::Length, POSITIVE),
             "smallest bend radius allowed; smaller ones are reported",

@@ -15,7 +15,7 @@
 //! next two) to the order ℓ⁵ and comparison with `½ ∫ (κ − κ°)·C (κ − κ°) ds`, integrated by parts. The last term of f
 //! belongs to the law of a coupling, whose curvature is the angle over the length but for `φ⁴·3/640`.
 
-use wireloom_core::Vector;
+use wireloom_core::{Matrix, Vector};
 
 /// Error of the law of a coupling relative to its curvature, for the angle of a cell to the fourth power.
 const LAW: f64 = 3.0 / 640.0;
@@ -31,7 +31,7 @@ pub(super) struct Curvature {
     /// κ°.
     pub rest: Vector,
     /// C.
-    pub stiffness: Vector,
+    pub stiffness: Matrix,
 }
 
 /// Derivatives by κ, κ′ and κ″.
@@ -41,7 +41,7 @@ impl Curvature {
     /// Of f.
     pub fn of_cells(&self) -> Derivatives {
         let Self { own: k, rate: k1, second: k2, rest, stiffness } = self;
-        let c = |v: &Vector| stiffness.component_mul(v);
+        let c = |v: &Vector| stiffness * v;
         let m = c(&(k - rest));
         let (across, along) = (k.cross(k1), k.cross(k2));
         let (twice, moment) = (k.cross(&across), m.cross(k));
@@ -62,7 +62,7 @@ impl Curvature {
     /// Of b.
     pub fn at_station(&self) -> Derivatives {
         let Self { own: k, rate: k1, second: k2, rest, stiffness } = self;
-        let c = |v: &Vector| stiffness.component_mul(v);
+        let c = |v: &Vector| stiffness * v;
         let m = c(&(k - rest));
         let (across, along, moment) = (k.cross(k1), k.cross(k2), m.cross(k));
         let [first, other] = [23.0 / 5760.0, 25.0 / 5760.0];
@@ -80,7 +80,7 @@ mod tests {
 
     fn cells(x: &Curvature) -> f64 {
         let Curvature { own: k, rate: k1, second: k2, rest, stiffness } = x;
-        let c = |v: &Vector| stiffness.component_mul(v);
+        let c = |v: &Vector| stiffness * v;
         let m = c(&(k - rest));
         -k2.dot(&c(k2)) / 180.0 + c(k1).dot(&k.cross(k2)) / 45.0 + m.dot(&k1.cross(k2)) / 60.0
             - m.dot(&k.cross(&k.cross(k2))) / 180.0
@@ -91,7 +91,7 @@ mod tests {
 
     fn station(x: &Curvature) -> f64 {
         let Curvature { own: k, rate: k1, second: k2, rest, stiffness } = x;
-        let c = |v: &Vector| stiffness.component_mul(v);
+        let c = |v: &Vector| stiffness * v;
         let m = c(&(k - rest));
         (c(k1).dot(k2) - m.dot(&k.cross(k2))) * 23.0 / 5760.0
             - (c(k1).dot(&k.cross(k1)) - m.dot(&k.cross(&k.cross(k1)))) * 25.0 / 5760.0
@@ -105,7 +105,7 @@ mod tests {
             rate: Vector::new(-0.2, 2.1, 0.9),
             second: Vector::new(0.8, 0.3, -1.7),
             rest: Vector::new(0.5, 0.1, -0.2),
-            stiffness: Vector::new(2.0, 0.3, 0.7),
+            stiffness: Matrix::new(2.0, 0.2, -0.1, 0.2, 0.3, 0.15, -0.1, 0.15, 0.7),
         };
         type Value = fn(&Curvature) -> f64;
         for (value, derivatives) in [(cells as Value, at().of_cells()), (station, at().at_station())] {

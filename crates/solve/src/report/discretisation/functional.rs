@@ -44,7 +44,7 @@ impl Samples<'_> {
         }
         let frame = &self.shape.frames[self.branch.rod.mesh().segment_frames[j]];
         let n = frame.inverse() * self.forces[j];
-        let by_stiffness = Vector::new(n.x / self.stiffness[j].y, n.y / self.stiffness[j].x, 0.0);
+        let by_stiffness = Vector::new(n.x / self.stiffness[j].m22, n.y / self.stiffness[j].m11, 0.0);
         offset - frame * by_stiffness * (self.alignment * self.shape.rest_lengths[j].powi(3) / 12.0)
     }
 
@@ -149,7 +149,7 @@ impl Samples<'_> {
         let mut moments = vec![Vector::zeros(); self.curvature.len()];
         for (c, moment) in moments.iter_mut().enumerate() {
             let excess = self.discrete_stiffness[c] - self.of_coupling(c);
-            *moment = excess.component_mul(&(self.curvature[c] - self.rest)) * lambda[c];
+            *moment = excess * (self.curvature[c] - self.rest) * lambda[c];
         }
         for j in (0..mesh.segments()).filter(|j| !self.fine[*j]) {
             self.add_rate_moments(j, 1.0, &mut moments);
@@ -179,7 +179,7 @@ impl Samples<'_> {
         let [start, end] = self.couplings(j);
         if let (Some(rate), Some(start), Some(end)) = (self.rate[j], start, end) {
             let distance = self.place[end] - self.place[start];
-            let moment = self.stiffness[j].component_mul(&rate) * (2.0 * factor * self.cells(j) / distance);
+            let moment = self.stiffness[j] * rate * (2.0 * factor * self.cells(j) / distance);
             moments[start] += moment;
             moments[end] -= moment;
         }

@@ -5,8 +5,7 @@ use wireloom_core::equilibrium::BranchResult;
 use wireloom_core::network::{Branch, BranchEnd};
 use wireloom_core::problem::Problem;
 use wireloom_core::rod::BranchShape;
-use wireloom_core::sections::SectionSpan;
-use wireloom_core::{State, Vector};
+use wireloom_core::{Matrix, State, Vector};
 
 /// Node of a mesh with curvature samples: those of its couplings.
 pub(crate) struct Samples<'a> {
@@ -22,9 +21,11 @@ pub(crate) struct Samples<'a> {
     /// κ′ of each segment, 1/m²; `None` where a coupling of it is that of a joint.
     pub(super) rate: Vec<Option<Vector>>,
     /// C of the section of each segment, N m².
-    pub(super) stiffness: Vec<Vector>,
+    pub(super) stiffness: Vec<Matrix>,
     /// C of each coupling, N m².
-    pub(super) discrete_stiffness: Vec<Vector>,
+    pub(super) discrete_stiffness: Vec<Matrix>,
+    /// Inverse of the stiffness, by segment, 1/(N m²).
+    pub(super) compliance: Vec<Matrix>,
     /// β of the stations at the two ends of the branch, and within, where the scheme is of second order.
     pub(super) blends: [f64; 2],
     /// Whether the scheme is of fourth order, by segment.
@@ -58,14 +59,17 @@ impl<'a> Samples<'a> {
         let mesh = branch.rod.mesh();
         let n = mesh.segments();
         // Where friction sticks; where it slips the stiffness is less, and so is the defect.
-        let sticking = |span: &SectionSpan| {
-            let segments = span.segments.start..span.segments.end.min(n);
-            std::iter::repeat_n(span.section.sticking_diagonal(), segments.len())
-        };
-        let stiffness: Vec<Vector> = branch.sections.spans().iter().flat_map(sticking).collect();
+        let (mut stiffness, mut compliance) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for span in branch.sections.spans() {
+            let sticking = span.section.sticking_stiffness();
+            let inverse = sticking.try_inverse().unwrap_or(Matrix::repeat(f64::NAN));
+            let end = span.segments.end.min(n);
+            stiffness.resize(end, sticking);
+            compliance.resize(end, inverse);
+        }
         let of_friction = |c: usize| {
             let section = branch.sections.of(mesh.coupling_segment(c));
-            section.sticking_diagonal() - section.lasting_diagonal()
+            Matrix::from_diagonal(&(section.sticking_diagonal() - section.lasting_diagonal()))
         };
         let law = branch.rod.linear_law();
         let blends = law.as_ref().map_or([0.0, 0.0], |law| law.blends);
@@ -74,8 +78,8 @@ impl<'a> Samples<'a> {
         let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
         let variation = law.as_ref().map_or(0.0, |law| law.variation);
         let couplings = shape.coupling_lengths.len();
-        let discrete_stiffness = match law {
-            Some(law) => law.couplings.iter().enumerate().map(|(c, own)| own + of_friction(c)).collect(),
+        let discrete_stiffness: Vec<Matrix> = match law {
+            Some(law) => (0..couplings).map(|c| law.coupling_stiffness(c) + of_friction(c)).collect(),
             None => (0..couplings).map(|c| stiffness[mesh.coupling_segment(c)]).collect(),
         };
         let curvature: Vec<Vector> = shape
@@ -93,6 +97,7 @@ impl<'a> Samples<'a> {
             rest,
             rate: Vec::with_capacity(n),
             stiffness,
+            compliance,
             discrete_stiffness,
             blends,
             variation,
@@ -129,8 +134,7 @@ impl<'a> Samples<'a> {
             let bends = [0, 1].map(|end| {
                 let node = j + end;
                 let kappa = samples.at_node(j, end).unwrap_or_else(|| {
-                    samples.rest
-                        + (result.frame[node].inverse() * result.moment[node]).component_div(&samples.stiffness[j])
+                    samples.rest + samples.compliance[j] * (result.frame[node].inverse() * result.moment[node])
                 });
                 result.frame[node] * kappa.cross(&Vector::z())
             });
@@ -153,14 +157,19 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// The curvature (1/m) that a moment (N m) causes at a coupling.
+    pub(super) fn bent(&self, c: usize, moment: &Vector) -> Vector {
+        self.compliance[self.branch.rod.mesh().coupling_segment(c)] * moment
+    }
+
     /// C of the section of a coupling, N m².
-    pub(super) fn of_coupling(&self, c: usize) -> &Vector {
+    pub(super) fn of_coupling(&self, c: usize) -> &Matrix {
         &self.stiffness[self.branch.rod.mesh().coupling_segment(c)]
     }
 
-    /// C of the sections beside a node, N m².
-    pub(super) fn beside(&self, node: usize) -> [&Vector; 2] {
-        [node.saturating_sub(1), node.min(self.stiffness.len() - 1)].map(|j| &self.stiffness[j])
+    /// The segments beside a node; at an end of the branch one of them twice.
+    pub(super) fn beside(&self, node: usize) -> [usize; 2] {
+        [node.saturating_sub(1), node.min(self.stiffness.len() - 1)]
     }
 
     /// Order of the scheme all along the branch.
@@ -173,7 +182,7 @@ impl<'a> Samples<'a> {
             let in_a_point = matches!(at, BranchEnd::Joint { .. }) && self.couplings(j)[end].is_none();
             in_a_point && (l[j] - self.joint_lengths[end]).abs() > 1e-6 * l[j]
         });
-        let differs = |(c, own): (usize, &Vector)| {
+        let differs = |(c, own): (usize, &Matrix)| {
             let section = self.of_coupling(c);
             (own - section).norm() > 1e-9 * section.norm()
         };
