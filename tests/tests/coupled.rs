@@ -166,9 +166,9 @@ fn a_joint_of_ribbons_is_the_same_however_these_lie_in_their_frames() {
     };
     for angles in [[0.3, -0.4, 0.5], [0.6, 0.9, 0.6], [1.2, 0.1, -1.0]] {
         let [one, other] = [false, true].map(|askew| joined(angles, askew));
-        for branch in 0..3 {
+        for (branch, name) in names.iter().enumerate() {
             let apart = (at(&one, branch, 0.15) - at(&other, branch, 0.15)).norm();
-            assert!(apart < 1e-8, "{angles:?}: {apart} m in {}", names[branch]);
+            assert!(apart < 1e-8, "{angles:?}: {apart} m in {name}");
         }
     }
 }
