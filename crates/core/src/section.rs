@@ -243,8 +243,8 @@ impl Section {
         self.coupling_stiffness != [0.0; 3]
     }
 
-    /// Principal axes of bending and twist: Q and c with `C = Q diag(c) Qᵀ` (N m²), each axis beside the director that
-    /// it is nearest to. Frames `q Q` have the stiffness diag(c).
+    /// Principal axes of bending and twist: Q and c with `C = Q diag(c) Qᵀ` (N m²), so that frames `q Q` have the
+    /// stiffness diag(c). They are in the order in which they are nearest to d1, d2 and d3.
     pub fn principal_axes(&self) -> (Rotation, Vector) {
         if !self.couples() {
             return (Rotation::identity(), self.bend_diagonal());
