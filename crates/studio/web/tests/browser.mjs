@@ -28,6 +28,8 @@ const withoutPolicy = (html) => html.replace(/<meta http-equiv="Content-Security
 export async function newPage(browser, options = {}) {
   const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, ...options });
   if (isFirefox) {
+    // It draws more slowly.
+    page.setDefaultTimeout(120_000);
     await page.route(/^http/, async (route) => {
       if (!route.request().isNavigationRequest()) return route.continue();
       const response = await route.fetch();
