@@ -16,7 +16,11 @@ export async function launch() {
   const executablePath = names.map((name) => `/usr/bin/${name}`).find((path) => existsSync(path));
   if (!executablePath) throw new Error(`no ${names[0]} here: apt-get install ${names[0]}`);
   // Playwright's own Firefox is a changed one; by WebDriver BiDi it drives any.
-  if (isFirefox) return playwright._bidiFirefox.launch({ executablePath, headless: false, firefoxUserPrefs: { "browser.download.folderList": 2, "browser.download.dir": downloads } });
+  if (isFirefox) {
+    // It does not start as root in a home of somebody else.
+    const env = { ...process.env, HOME: mkdtempSync(join(tmpdir(), "wireloom-home-")) };
+    return playwright._bidiFirefox.launch({ executablePath, headless: false, env, firefoxUserPrefs: { "browser.download.folderList": 2, "browser.download.dir": downloads } });
+  }
   return playwright.chromium.launch({ executablePath, headless: true, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"] });
 }
 
