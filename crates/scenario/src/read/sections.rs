@@ -108,8 +108,11 @@ pub(crate) fn section<'a>(
 /// Refuses a coupling of known stiffnesses with which a bend or a twist costs no energy.
 fn refuse_unstable(entry: &Entry<'_>, section: &Section) {
     let known = ["bending_stiffness", "torsion_stiffness"].into_iter().all(|key| entry.has(key) || entry.has("wires"));
+    if !known || !section.couples() {
+        return;
+    }
     let least = section.bend_stiffness().symmetric_eigenvalues().min();
-    if known && section.couples() && least <= SOFTEST * section.bend_diagonal().max() {
+    if least <= SOFTEST * section.bend_diagonal().max() {
         let message = format!(
             "with this `coupling_stiffness` a bend or a twist of {} costs no energy: in one direction its stiffness is \
              {least:.2e} N m²",

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import playwright from "playwright-core";
 
-export const isFirefox = process.env.BROWSER === "firefox";
+const isFirefox = process.env.BROWSER === "firefox";
 
 const downloads = mkdtempSync(join(tmpdir(), "wireloom-downloads-"));
 
@@ -59,12 +59,13 @@ export async function downloaded(page, act) {
   }
   const before = readdirSync(downloads);
   await act();
-  for (;;) {
+  for (let waits = 0; waits < 600; waits++) {
     const [name] = readdirSync(downloads).filter((name) => !before.includes(name));
     const written = name && readdirSync(downloads).every((each) => !each.endsWith(".part"));
     if (written && readFileSync(join(downloads, name)).length) return join(downloads, name);
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
+  throw new Error("the page has saved no file within 30 s");
 }
 
 /** Pictures of what tests saw, to be looked at. */
