@@ -512,3 +512,39 @@ fn a_session_takes_no_plug_into_a_body() {
     opened.move_to("B", &to(-0.045)).expect("on the floor");
     session(&opened.text().expect("a text")).expect("the text is one that can be run");
 }
+
+/// A cable that is dragged along a rough floor by its plug, from and to x = -20 mm.
+fn dragged_by_its_plug(segments: usize) -> Run {
+    let floor = "path = [[0, 0, 0.003], [1, 0, 0.003]]\n[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\n\
+                 point = [0, 0, 0]\nnormal = [0, 0, 1]\nfriction = 0.5\n";
+    let steps = "[[steps]]\nname = \"pull\"\nmove = [{ constraint = \"plug\", position = [-0.02, 0, 0.003] }]\n";
+    let cable = branch("cable", ["A", "B"], "cable", 1.0, segments);
+    let plug = connector("plug", "A", [0.0, 0.0, 0.003]);
+    run(&["schema = 1\nname = \"dragged\"\n", &section("cable"), &cable, floor, &plug, steps].concat())
+}
+
+/// From 2,000 nodes on, the start is searched for on a coarser mesh first: after it nothing rubbed, and this pull was 0.
+#[test]
+fn friction_acts_after_a_start_on_a_coarser_mesh() {
+    let expected = 0.5 * 0.05 * 9.81;
+    for segments in [300, 2100] {
+        let run = dragged_by_its_plug(segments);
+        assert_eq!(run.status(), Status::Converged, "{segments}: {:?}", run.events);
+        let pull = force(&run.steps[0], "plug").x;
+        assert!((pull + expected).abs() < 0.01 * expected, "{segments} segments: {pull} N");
+        assert!(run.notes.iter().any(|note| note.contains("without friction")), "{segments}: {:?}", run.notes);
+    }
+}
+
+/// Points of a sweep that start from a neighbour had no friction between cables. Without weight the density that varies
+/// here changes nothing.
+#[test]
+fn friction_acts_in_points_of_a_sweep_that_start_from_a_neighbour() {
+    let path = wireloom_tests::root().join("scenarios/contact/dragged_across.toml");
+    let text = std::fs::read_to_string(path).expect("a scenario of the repository");
+    let vary = "[sweep.vary]\n\"sections.rod.linear_density\" = { from = 0.4, to = 0.6, count = 48 }\n";
+    let (_, rows) = wireloom::sweep::run(&format!("{text}{vary}"), &NoFiles, &wireloom::registry()).expect("points");
+    let energies: Vec<f64> = rows.iter().map(|row| row.numbers[2].expect("an energy")).collect();
+    // Chains of three points, of which the second one starts from the first one.
+    assert!(rows.len() == 48 && energies.iter().all(|own| (own / energies[0] - 1.0).abs() < 1e-4), "{energies:?}");
+}

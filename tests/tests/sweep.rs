@@ -19,13 +19,14 @@ type Check = fn() -> Checked;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let own: [(&str, Check); 14] = [
+    let own: [(&str, Check); 15] = [
         ("killed ten times and taken up again, it has the same bytes as one of one thread that was left alone", killed),
         ("points that fail are rows, those beside them are not touched, and the report tells of both", failing_points),
         ("a scenario that changes begins anew, one without a sweep is refused", other_scenarios),
         ("a refused sweep names its keys", refused),
         ("a start from a neighbour leads to what one afresh leads to, by a shorter way", from_neighbours),
         ("where it would lead to another equilibrium, points are started afresh", hysteresis),
+        ("a requirement that the start fails does not make all points start afresh", failing_starts),
         ("columns that a sweep asks for say what is there", outputs),
         ("columns over increments, and the lines of the sheet, are those of single runs", over_increments),
         ("keys of one joint model vary with that model only, crossed with samples", crossed),
@@ -285,6 +286,17 @@ fn hysteresis() -> Checked {
     ensure(!falls(61) && falls(62) && (56..64).all(afresh), &runs[56..64])?;
     // All but the ends of the other chains, of 8 points each, are not.
     ensure(shorter == 15 * 6, shorter)
+}
+
+/// What the report of a run says of its start was taken for a start without balance.
+fn failing_starts() -> Checked {
+    let more = "[sweep.vary]\n\"sections.cable.linear_density\" = { from = 0.04, to = 0.06, count = 48 }\n\
+                [[requirements]]\nname = \"gentle\"\nquantity = \"bend_radius\"\nof = { branch = \"cable\" }\nmin = \"10 m\"\n\
+                [[steps]]\nname = \"stay\"\n";
+    let (rows, runs) = rows_and_runs(&cable("").replace("[sweep]\n", &format!("[sweep]\n{more}")))?;
+    let shorter = |(row, (_, iterations)): &(&Row, &Ended)| energy_and_iterations(row).1 < *iterations;
+    // Chains of 3 points: all but both ends.
+    ensure(rows.iter().zip(&runs).filter(shorter).count() == 16, (&rows, &runs))
 }
 
 fn outputs() -> Checked {

@@ -48,7 +48,7 @@ pub enum Outcome {
     /// As the certificate graded its increments: the status of the first one that did not converge, otherwise
     /// converged; or interrupted.
     Graded(Status),
-    /// By a fault of a constraint, a joint or the minimiser.
+    /// By a fault of a rod, a joint, a constraint or the minimiser.
     Fault(PartFault),
 }
 
@@ -61,7 +61,7 @@ impl Run {
         }
     }
 
-    /// Fault of a constraint, a joint or the minimiser that ended the run early.
+    /// Fault of a rod, a joint, a constraint or the minimiser that ended the run early.
     pub fn fault(&self) -> Option<&PartFault> {
         match &self.outcome {
             Outcome::Graded(_) => None,

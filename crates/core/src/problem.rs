@@ -707,9 +707,10 @@ impl Problem<'_> {
         self.conditions.contact.overlaps = self.contact.remaining_overlaps(system, state);
     }
 
-    /// Copies records, added contact points, arcs and permitted overlaps from other conditions, but not the poses of
-    /// obstacles.
+    /// Copies records, added contact points, arcs, permitted overlaps and whether friction acts from other conditions,
+    /// but not the poses of obstacles.
     pub fn set_contacts(&mut self, other: &Conditions) {
+        self.conditions.contact.friction = other.contact.friction;
         self.conditions.contact.records.clone_from(&other.contact.records);
         // The records may couple segments that are not coupled now.
         if self.conditions.contact.bound_cables().next().is_some() {

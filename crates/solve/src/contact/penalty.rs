@@ -3,7 +3,7 @@
 /// Rule by which penalties are raised after updates of the multipliers that reduce the violation too little.
 pub(super) struct PenaltySchedule {
     /// An update that leaves more than this fraction of the violation raises the penalty.
-    pub(super) least_reduction: f64,
+    pub(super) largest_left: f64,
     /// Factor by which a penalty is raised.
     pub(super) factor: f64,
     /// Highest penalty, in the units of the first one: beyond it round-off decides.
@@ -13,7 +13,7 @@ pub(super) struct PenaltySchedule {
 impl PenaltySchedule {
     /// Whether the penalty is raised after an update that took the violation from `before` to `now`.
     pub(super) fn raises(&self, before: f64, now: f64) -> bool {
-        now > self.least_reduction * before
+        now > self.largest_left * before
     }
 
     /// The next penalty.
@@ -23,7 +23,6 @@ impl PenaltySchedule {
 }
 
 /// Schedule of the equations and inequalities of constraints; their first penalty is 1e4 (see `core::conditions`).
-pub(super) const OF_CONSTRAINTS: PenaltySchedule =
-    PenaltySchedule { least_reduction: 0.25, factor: 10.0, highest: 1e9 };
+pub(super) const OF_CONSTRAINTS: PenaltySchedule = PenaltySchedule { largest_left: 0.25, factor: 10.0, highest: 1e9 };
 /// Schedule of contact; its first penalty is 1.
-pub(super) const OF_CONTACT: PenaltySchedule = PenaltySchedule { least_reduction: 0.5, factor: 10.0, highest: 1e4 };
+pub(super) const OF_CONTACT: PenaltySchedule = PenaltySchedule { largest_left: 0.5, factor: 10.0, highest: 1e4 };

@@ -8,7 +8,7 @@
 //! and after every step the points are condensed ([`super::condensation`]), so that the energy is minimised over the
 //! frames only. Without a metric the methods are those of the textbooks, in metres and radians.
 
-use super::step_control::{LARGEST_TURN, SMALL_TURN, condensed_force};
+use super::step_control::{LARGEST_TURN, SMALL_TURN, condensed_force, in_pool};
 use super::trace::trace;
 use crate::minimisers::condensation::Condensation;
 use crate::minimisers::convergence::{ConvergenceMonitor, Termination};
@@ -295,13 +295,7 @@ impl<M: Method> Minimiser for Descent<M> {
             self.method.allocate(network);
         }
         let ws = self.workspace.as_mut().expect("made above");
-        if network.is_shared() {
-            // Inside the thread pool, so that scheduling parallel work is cheap.
-            let (method, options) = (&mut self.method, &self.options);
-            rayon::scope(|_| descend(ws, method, options, problem, state, stop))
-        } else {
-            descend(ws, &mut self.method, &self.options, problem, state, stop)
-        }
+        in_pool(network, || descend(ws, &mut self.method, &self.options, problem, state, stop))
     }
 
     /// Does nothing: no memory is kept between calls.

@@ -21,7 +21,9 @@
 mod residual_step;
 mod restoration;
 
-use super::step_control::{ACTIVE_SET_UPDATES, FIRST_SHIFT, LARGEST_TURN, RAISE, SMALL_TURN, condensed_force, raised};
+use super::step_control::{
+    ACTIVE_SET_UPDATES, FIRST_SHIFT, LARGEST_TURN, RAISE, SMALL_TURN, condensed_force, in_pool, raised,
+};
 use super::trace::trace;
 use crate::contact::active_set::ActiveSet;
 use crate::linear::assembly::System;
@@ -387,13 +389,7 @@ impl Minimiser for Newton {
         let Some(ws) = Workspace::ready(&mut self.workspace, problem) else {
             return Report::begun(Status::Interrupted);
         };
-        if problem.network.is_shared() {
-            // Inside the thread pool, so that scheduling parallel work is cheap.
-            let span = tracing::Span::current();
-            rayon::scope(|_| span.in_scope(|| descend(ws, problem, state, stop)))
-        } else {
-            descend(ws, problem, state, stop)
-        }
+        in_pool(problem.network, || descend(ws, problem, state, stop))
     }
 
     fn forget(&mut self) {

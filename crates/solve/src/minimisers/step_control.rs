@@ -1,8 +1,8 @@
 //! Step limits, shifts of the Hessian and tolerances common to the minimisers.
 
-use wireloom_core::Problem;
 use wireloom_core::minimiser::Stop;
 use wireloom_core::scales::LocalScale;
+use wireloom_core::{Network, Problem};
 
 /// Largest turn (rad) of any frame in one line-search step: beyond it the quadratic model is meaningless.
 pub(super) const LARGEST_TURN: f64 = 1.0;
@@ -20,6 +20,17 @@ pub(super) const ACTIVE_SET_UPDATES: usize = 12;
 /// Shift larger than `sigma` by a factor, at least the first one.
 pub(super) fn raised(sigma: f64, factor: f64) -> f64 {
     (factor * sigma).max(FIRST_SHIFT)
+}
+
+/// Does work of a minimiser; for a harness that several threads evaluate inside their pool, so that scheduling parallel
+/// work is cheap.
+pub(super) fn in_pool<R: Send>(network: &Network, work: impl FnOnce() -> R + Send) -> R {
+    if network.is_shared() {
+        let span = tracing::Span::current();
+        rayon::scope(|_| span.in_scope(work))
+    } else {
+        work()
+    }
 }
 
 /// Force (N) below which a point counts as condensed: a fraction of the force tolerance of the softest branch.

@@ -104,7 +104,7 @@ pub(crate) fn log_increment(
             format!("; the next Newton step would move it by {:.1e} mm", 1e3 * error)
         });
         let (place, contact) = problem.worst_contact(state).map_or_else(Default::default, |worst| {
-            let (place, what) = contact_violation(problem.network, &worst);
+            let (place, what) = contact_violation(problem.network, state, &worst);
             (place, format!("; contact is not met: {what}"))
         });
         log.raise(Occurrence {
@@ -154,7 +154,7 @@ pub(crate) fn driven_into_body(network: &Network, driven: &Driven) -> Occurrence
 }
 
 /// Place and description of a contact violation.
-fn contact_violation(network: &Network, worst: &ContactViolation) -> (EventPlace, String) {
+fn contact_violation(network: &Network, state: &State, worst: &ContactViolation) -> (EventPlace, String) {
     let place = EventPlace::branch(&network.branches[worst.branch].name, worst.s);
     let (place, other) = match worst.partner {
         Partner::Obstacle { obstacle, .. } => {
@@ -162,9 +162,8 @@ fn contact_violation(network: &Network, worst: &ContactViolation) -> (EventPlace
             (EventPlace { obstacle: Some(name.clone()), ..place }, format!("obstacle `{name}`"))
         }
         Partner::Cable { branch, segment } => {
-            let branch = &network.branches[branch as usize];
-            let s: f64 = branch.rod.mesh().rest_lengths[..segment as usize].iter().sum();
-            (place, format!("branch `{}` near s = {s:.4} m", branch.name))
+            let s = state.arc_lengths(network, branch as usize)[segment as usize];
+            (place, format!("branch `{}` near s = {s:.4} m", network.branches[branch as usize].name))
         }
     };
     let message = match worst.lack {

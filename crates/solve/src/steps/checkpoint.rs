@@ -30,7 +30,7 @@ pub struct Checkpoint {
     pub(crate) operations: Vec<OperationResult>,
     /// Errors that the parts of time up to here leave, by branch.
     pub(crate) time_errors: Vec<TimeError>,
-    /// Largest move of a point in the last increment, m.
+    /// Largest move of a point in the last increment without a jump, m; `None` where any motion may follow.
     pub(crate) previous_move: Option<f64>,
     pub(crate) step_index: usize,
     /// Number of increments of the step that are done.
@@ -39,6 +39,7 @@ pub struct Checkpoint {
     pub(crate) work: (usize, usize, usize),
     /// Computing time of the step so far, s.
     pub(crate) seconds: f64,
+    /// Status of the run so far; before the first increment that of the initial equilibrium.
     pub(crate) status: Status,
     pub(crate) notes: Vec<String>,
     /// Number of results kept so far.
@@ -63,8 +64,8 @@ impl Checkpoint {
 
     /// Whether it is the initial equilibrium, before any step.
     pub fn is_balanced_start(&self) -> bool {
-        // The only remark before the first step is that no equilibrium was found.
-        (self.step_index, self.increment) == (0, 0) && self.plan.is_none() && self.notes.is_empty()
+        let is_start = (self.step_index, self.increment) == (0, 0) && self.plan.is_none();
+        is_start && self.status == Status::Converged
     }
 
     /// Whether another checkpoint of the same network has the same state, up to the tolerance of a minimiser.

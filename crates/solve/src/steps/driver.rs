@@ -44,7 +44,7 @@ pub(crate) struct Driver<'n, 'm> {
     pub(super) inspection: Option<Inspection>,
     /// Largest violation of the equations of constraints, in units of their scales.
     pub(super) violation: Option<f64>,
-    /// Constraint, joint or minimiser that cannot continue, and the reason.
+    /// Rod, joint, constraint or minimiser that cannot continue, and the reason.
     pub(crate) fault: Option<(PartFamily, usize, String)>,
     /// Whether the initial equilibrium is being searched for: nothing slides then.
     pub(crate) starting: bool,

@@ -448,14 +448,23 @@ impl Driver<'_, '_> {
     /// sticking.
     fn restore(&mut self, began: &Conditions, sticks: impl Fn(usize) -> bool) {
         self.state.copy_from(&self.before);
+        self.take_back(began);
+        for (k, site) in self.problem.network.slides.iter().enumerate() {
+            if site.friction > 0.0 && sticks(k) {
+                self.problem.set_sliding(k, Sliding::Stuck);
+            }
+        }
+    }
+
+    /// Takes back what solving changes in the conditions: which constraints act, multipliers, contact and sliding.
+    pub(super) fn take_back(&mut self, began: &Conditions) {
         if self.problem.conditions().active != began.active {
             self.problem.change(|c| c.active.clone_from(&began.active));
         }
         self.problem.set_multipliers(began);
         self.problem.set_contacts(began);
         for (k, sliding) in began.sliding.iter().enumerate() {
-            let with_friction = self.problem.network.slides[k].friction > 0.0;
-            self.problem.set_sliding(k, if with_friction && sticks(k) { Sliding::Stuck } else { *sliding });
+            self.problem.set_sliding(k, *sliding);
         }
     }
 }

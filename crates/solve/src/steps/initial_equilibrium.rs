@@ -1,6 +1,6 @@
 //! Initial equilibrium: from the layout of a harness to the beginning of its first step.
 
-use super::driver::{Driver, empty_run, is_balanced};
+use super::driver::{Driver, is_balanced};
 use super::increment::snap_through_iterations;
 use crate::minimisers::condensation::Condensation;
 use crate::start::prolongation;
@@ -8,7 +8,7 @@ use crate::steps::certificate::Grade;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::{self, Plan};
 use crate::steps::stability::Stability;
-use wireloom_core::conditions::Sliding;
+use wireloom_core::conditions::{Conditions, Sliding};
 use wireloom_core::minimiser::{Minimiser, Stop};
 use wireloom_core::status::Status;
 use wireloom_core::steps::{Schedule, Step};
@@ -51,8 +51,8 @@ pub fn start_near(
     let turns = prolonged.frames.iter().zip(&driver.state.frames).map(|(a, b)| a.angle_to(b));
     let near = status == Status::Converged && !driver.is_over() && turns.fold(0.0, f64::max) <= NEAR;
     driver.commit_start(status);
-    driver.starting = false;
-    near.then(|| driver.checkpoint(&empty_run(schedule), (0, 0), None, 0.0))
+    let notes = driver.smooth_start_note().into_iter().collect();
+    near.then(|| Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) })
 }
 
 impl Driver<'_, '_> {
@@ -156,11 +156,7 @@ impl Driver<'_, '_> {
             plan.apply(&mut self.problem, 1.0);
             status = self.solve();
         }
-        self.release_slides();
-        if !network.slides.is_empty() || network.has_rough_contact() {
-            status = self.solve();
-        }
-        status = self.leave_unstable_start(status);
+        status = self.end_start(status);
         self.stop = stop;
         status
     }
@@ -189,15 +185,13 @@ impl Driver<'_, '_> {
         let status = self.relax_from(prolongation::prolonged(coarse, &state, network));
         self.stop = stop;
         if status != Status::Converged {
-            self.state = began;
-            self.problem.set_multipliers(&conditions);
-            self.problem.set_contacts(&conditions);
+            self.discard_trial(&began, &conditions);
+            self.starting = true;
             for (f, own) in conditions.constraints.into_iter().enumerate() {
                 self.problem.set_target(f, own.base);
             }
             return None;
         }
-        self.starting = false;
         Some(status)
     }
 
@@ -215,7 +209,7 @@ impl Driver<'_, '_> {
         }
         self.settle_points();
         let status = self.solve();
-        self.leave_unstable_start(status)
+        if self.is_over() { status } else { self.end_start(status) }
     }
 
     /// Takes a state in which what is prescribed need not hold yet.
@@ -240,6 +234,24 @@ impl Driver<'_, '_> {
              friction, let a step bring the weight or the obstacle"
                 .to_owned()
         })
+    }
+
+    /// Ends the search for the initial equilibrium: finds it with friction and with what slides, and leaves it if it is
+    /// unstable.
+    fn end_start(&mut self, mut status: Grade) -> Grade {
+        self.release_slides();
+        let network = self.problem.network;
+        if !network.slides.is_empty() || network.has_rough_contact() {
+            status = self.solve();
+        }
+        self.leave_unstable_start(status)
+    }
+
+    /// Goes back to a state under these conditions, after a trial that need not succeed: nor does a fault of it count.
+    fn discard_trial(&mut self, state: &State, conditions: &Conditions) {
+        self.state.copy_from(state);
+        self.take_back(conditions);
+        self.fault = None;
     }
 
     /// Enables friction, and lets the cable run through the constraints that slide without it.
@@ -276,10 +288,7 @@ impl Driver<'_, '_> {
         {
             return after;
         }
-        self.state = began;
-        self.problem.set_multipliers(&conditions);
-        self.problem.set_contacts(&conditions);
-        self.certify(status);
-        status
+        self.discard_trial(&began, &conditions);
+        self.certify(status)
     }
 }

@@ -49,7 +49,7 @@ use wireloom_core::{Moment, Monitor, Network, Problem, State, Status, Tangent, V
 /// Largest residual, relative to the scales of the branches and above round-off, of a state in balance that further
 /// steps do not improve: round-off of what is not in the scales.
 const BALANCED: f64 = 1e-12;
-/// The same where stiff contacts round off more.
+/// The same after [`MISSES`] steps that did not reduce it: stiff contacts round off more.
 const LEAST_BALANCED: f64 = 1e-10;
 /// The same as a fraction of the largest residual on the way, and for violations: the accuracy of differences.
 const ACCURACY: f64 = 1e-6;

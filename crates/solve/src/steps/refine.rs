@@ -62,8 +62,7 @@ impl Driver<'_, '_> {
             }
             if self.certify(Status::Stalled) != Status::Converged {
                 self.state = before;
-                self.problem.set_multipliers(&conditions);
-                self.problem.set_contacts(&conditions);
+                self.take_back(&conditions);
                 self.certify(status);
                 break;
             }

@@ -55,6 +55,7 @@ pub fn carry_out(
                 driver.log.write_to(network, &mut run);
                 return run;
             }
+            run.outcome = Outcome::Graded(start.status());
             if start != Status::Converged {
                 run.notes.push(unbalanced_start_note(start));
             } else if !schedule.steps.is_empty() {
@@ -124,12 +125,15 @@ pub fn carry_out(
             if stopped && is_balanced(run.status()) && !complete {
                 run.outcome = Outcome::Graded(Status::Interrupted);
             }
-            latest = if kept || stopped {
+            let before = latest.take();
+            if unbalanced {
+                run.steps.extend(before);
+            }
+            if kept || stopped {
                 run.steps.push(end);
-                None
             } else {
-                Some(end)
-            };
+                latest = Some(end);
+            }
             if unbalanced || stopped {
                 driver.log.write_to(network, &mut run);
                 return run;

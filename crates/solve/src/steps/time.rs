@@ -78,6 +78,7 @@ impl Driver<'_, '_> {
                     return (status, reached);
                 }
                 self.commit_part();
+                rejected = None;
                 from = to;
                 continue;
             };

@@ -126,10 +126,10 @@ pub(super) fn derivatives(
             continue;
         }
         // Curvature shrinks with the step; a kink does not.
-        if closer.is_none() {
-            closer = Some(both_sides(around, parameter, CLOSER * h)?);
-        }
-        let pair = closer.as_ref().unwrap_or(&first);
+        let pair = match &closer {
+            Some(pair) => pair,
+            None => closer.insert(both_sides(around, parameter, CLOSER * h)?),
+        };
         let two = Differences::new(asked, value, CLOSER * h, pair);
         // A closer pair alone shows nothing: it may be between two kinks.
         let smooth = two.are_curved(&one, asked);

@@ -95,7 +95,6 @@ impl Study<'_> {
         };
         let source = Source { text: text.into(), ..self.source.clone() };
         let found = Study::on_mesh_of(source, &self.scenario).and_then(|mut other| {
-            (self.requirements)(&mut other.network);
             other.start_near(&self.network, &self.ends[0].checkpoint);
             other.run_to(step)?;
             let found = other.derivatives((step, other.steps[step].increments), names, &[])?;

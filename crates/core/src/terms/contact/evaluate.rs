@@ -31,8 +31,8 @@ impl ContactTerm {
         let radius = system.network.radius(point.branch, point.segment);
         let mut least = radius;
         for held in self.held_depths.iter().filter(|held| held.obstacle == obstacle && held.place.0 == point.branch) {
-            let s = point.arc_length(system.network, state);
-            let t = ((s - held.place.1).abs() / (RUN_OUT * radius)).min(1.0);
+            let arc = held.arc_to(system, state, point);
+            let t = (arc / (RUN_OUT * radius)).min(1.0);
             least = least.min(held.distance + (radius - held.distance) * t * t * (3.0 - 2.0 * t));
         }
         least
@@ -242,10 +242,9 @@ impl ContactTerm {
                 let x = system.conditions.contact.poses[o].local(&system.conditions.targets[c].position);
                 let mut add = |branch: usize, node: usize| {
                     let radius = 0.5 * network.diameter_at(Place::Node { branch, node });
-                    let s = network.branches[branch].rod.mesh().rest_lengths[..node].iter().sum();
                     let distance = obstacle.shape.distance(&x, radius);
                     if distance < radius {
-                        self.held_depths.push(HeldDepth { place: (branch, s), obstacle: o as u32, distance });
+                        self.held_depths.push(HeldDepth { place: (branch, node), obstacle: o as u32, distance });
                     }
                 };
                 match constraint.place {

@@ -5,9 +5,9 @@
 //! the run can report them.
 
 use super::pairs::HeldOverlap;
-use super::term::{ContactTerm, DEPTH, RUN_OUT};
+use super::term::{ContactTerm, DEPTH, HeldDepth, RUN_OUT};
 use crate::State;
-use crate::conditions::System;
+use crate::conditions::{ContactPoint, System};
 use crate::constraint::Action;
 use crate::network::{APART, Place};
 
@@ -89,25 +89,40 @@ impl ContactTerm {
     ) -> Option<f64> {
         let held = &self.cables.held;
         let point = &self.points[point as usize];
-        let lengths = |branch: usize| &state.rest_lengths[system.network.branches[branch].points.start..];
-        // Length of cable between two nodes of a branch.
-        let between = |branch: usize, a: usize, b: usize| lengths(branch)[a.min(b)..a.max(b)].iter().sum::<f64>();
         let run_out = 0.5 * RUN_OUT * both;
         let near = |overlap: &HeldOverlap, [own, other]: [usize; 2]| {
             let ((a, m), (b, n)) = (overlap.places[own], overlap.places[other]);
             if (a, b) != (point.branch, segment.0) {
                 return None;
             }
-            let within = point.fraction * lengths(a)[point.segment];
-            let arc = if point.segment >= m {
-                between(a, m, point.segment) + within
-            } else {
-                between(a, point.segment, m) - within
-            };
             let (j, k) = (segment.1, segment.1 + 1);
-            let t = arc.max(between(b, n, n.clamp(j, k))) / run_out;
+            let t = arc_from_node(system, state, m, point).max(between(system, state, b, [n, n.clamp(j, k)])) / run_out;
             (t < 1.0).then_some(overlap.distance + (both - overlap.distance) * t * t * (3.0 - 2.0 * t))
         };
         held.iter().flat_map(|overlap| [near(overlap, [0, 1]), near(overlap, [1, 0])]).flatten().reduce(f64::min)
     }
+}
+
+impl HeldDepth {
+    /// Length of cable from the place to a contact point of the same branch, m.
+    pub(super) fn arc_to(&self, system: System<'_>, state: &State, point: &ContactPoint) -> f64 {
+        arc_from_node(system, state, self.place.1, point)
+    }
+}
+
+/// Length of cable from a node to a contact point of the same branch, m.
+fn arc_from_node(system: System<'_>, state: &State, node: usize, point: &ContactPoint) -> f64 {
+    let within = point.fraction * rest_lengths(system, state, point.branch)[point.segment];
+    let to_segment = between(system, state, point.branch, [node, point.segment]);
+    if point.segment >= node { to_segment + within } else { to_segment - within }
+}
+
+/// Length of cable between two nodes of a branch, m.
+fn between(system: System<'_>, state: &State, branch: usize, [a, b]: [usize; 2]) -> f64 {
+    rest_lengths(system, state, branch)[a.min(b)..a.max(b)].iter().sum()
+}
+
+/// Rest lengths from the first segment of a branch on, m.
+fn rest_lengths<'s>(system: System<'_>, state: &'s State, branch: usize) -> &'s [f64] {
+    &state.rest_lengths[system.network.branches[branch].points.start..]
 }

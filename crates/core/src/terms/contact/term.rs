@@ -89,7 +89,8 @@ pub(super) struct Sliding {
 
 /// Place where a constraint holds a cable nearer to an obstacle than its radius.
 pub(super) struct HeldDepth {
-    pub(super) place: (usize, f64),
+    /// Branch and node.
+    pub(super) place: (usize, usize),
     pub(super) obstacle: u32,
     pub(super) distance: f64,
 }
