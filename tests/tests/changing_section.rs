@@ -52,6 +52,31 @@ fn a_cantilever_of_two_sections_bends_and_twists_as_its_closed_form() {
     assert!((end.twist_turns - turns).abs() < 1e-5 * turns, "{} instead of {turns}", end.twist_turns);
 }
 
+/// Short stiff sleeves of one or two segments: the change of curvature beyond their ends, times their stiffness, was
+/// taken for an error of the moment. It was 13,000 times the true one, and that of a bend far away half of its radius.
+#[test]
+fn short_stiff_sleeves_do_not_make_everything_uncertain() {
+    let stiff = section("stiff").replace("0.01", "2.5").replace("0.008", "2.0");
+    let sleeves = "sections = [{ section = \"stiff\", from = 0.23, to = 0.26 }, \
+                   { section = \"stiff\", from = 0.48, to = 0.495 }]\n";
+    let clip = "[[constraints]]\nname = \"clip\"\nkind = \"collar\"\nat = { branch = \"cable\", s = 0.488 }\n\
+                position = [0.32, 0.1, -0.05]\ntangent = [0.3, 1, 0]\n";
+    let of = |segment: &str| {
+        let cable = branch("cable", ["A", "B"], "thin", 0.7, 28).replace("segments = 28", segment) + sleeves;
+        let plugs = connector_along("A", "A", [0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+            + &connector_along("B", "B", [0.3, 0.25, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        converged(&[STEM, &section("thin"), &stiff, &cable, &plugs, clip].concat()).steps.remove(0)
+    };
+    let [coarse, fine] = ["max_segment = 0.025", "max_segment = 0.0025"].map(of);
+    let [radius, exact] = [&coarse, &fine].map(|end| end.min_bend_radius.as_ref().expect("it is bent").value);
+    let stated = coarse.branches[0].error.as_ref().expect("an estimate");
+    let of_radius = stated.bend_radius.expect("it is bent");
+    assert!((radius - exact).abs() < of_radius && of_radius < 0.03 * radius, "{radius} ± {of_radius}, {exact}");
+    let moment = |end: &wireloom::StepResult| end.constraints.iter().find(|own| own.name == "A").expect("it").moment;
+    let off = (moment(&coarse) - moment(&fine)).norm();
+    assert!(off < stated.moment && stated.moment < 0.2 * moment(&fine).norm(), "{off} of {}", stated.moment);
+}
+
 /// A heavy cable in space: with the change of section within a branch it is that of three branches with fused joints,
 /// and of fourth order.
 #[test]

@@ -523,7 +523,7 @@ fn dragged_by_its_plug(segments: usize) -> Run {
     run(&["schema = 1\nname = \"dragged\"\n", &section("cable"), &cable, floor, &plug, steps].concat())
 }
 
-/// From 2,000 nodes on, the start is searched for on a coarser mesh first: after it nothing rubbed, and this pull was 0.
+/// From 2,000 nodes on, the start is searched for on a coarser mesh first: after it nothing rubbed, this pull was 0 N.
 #[test]
 fn friction_acts_after_a_start_on_a_coarser_mesh() {
     let expected = 0.5 * 0.05 * 9.81;
@@ -547,4 +547,22 @@ fn friction_acts_in_points_of_a_sweep_that_start_from_a_neighbour() {
     let energies: Vec<f64> = rows.iter().map(|row| row.numbers[2].expect("an energy")).collect();
     // Chains of three points, of which the second one starts from the first one.
     assert!(rows.len() == 48 && energies.iter().all(|own| (own / energies[0] - 1.0).abs() < 1e-4), "{energies:?}");
+}
+
+/// The layout runs below the plate, and the way to the upper plug goes through it: this start failed, though nothing
+/// touches the plate in the end.
+#[test]
+fn a_start_that_an_obstacle_blocks_is_found_without_it() {
+    let plugs = connector("A", "A", [-0.15, 0.0, 0.0]) + &connector("B", "B", [0.12, 0.05, 0.1]);
+    let cable = branch("cable", ["A", "B"], "cable", 0.4, 29);
+    let text = ["schema = 1\nname = \"plate\"\n", &section("cable"), &cable, &plugs].concat();
+    let plate =
+        "[[obstacles]]\nname = \"plate\"\nshape = \"box\"\nsize = [0.3, 0.2, 0.004]\nposition = [0.25, 0, 0.08]\n";
+    let [alone, beside] = [text.clone(), text + plate].map(|text| run(&text));
+    assert_eq!((alone.status(), beside.status()), (Status::Converged, Status::Converged), "{:?}", beside.events);
+    let [free, found] = [&alone, &beside].map(|run| &run.steps[0].branches[0].position);
+    let apart = free.iter().zip(found).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    assert!(apart < 1e-6, "{apart} m");
+    let told = |run: &Run| run.notes.iter().any(|note| note.contains("without them first"));
+    assert!(told(&beside) && !told(&alone), "{:?}", beside.notes);
 }

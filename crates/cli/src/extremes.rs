@@ -3,7 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 use wireloom::StepResult;
-use wireloom::export::table::is_balanced;
 use wireloom::result::{BranchResult, ConstraintResult};
 
 /// The largest force of a constraint.
@@ -53,7 +52,7 @@ pub struct Extremes {
 impl Extremes {
     /// Takes one more increment into account, if it ended in an equilibrium.
     pub fn see(&mut self, end: &StepResult) {
-        if !is_balanced(end) {
+        if !end.status.is_balanced() {
             return;
         }
         for constraint in &end.constraints {

@@ -614,6 +614,17 @@ impl Problem<'_> {
         &self.contact
     }
 
+    /// Takes contact and its friction out of the problem, until [`Self::put_contact`] brings them back.
+    pub fn take_contact(&mut self) -> ContactTerm {
+        std::mem::take(&mut self.contact)
+    }
+
+    /// Brings back contact that was taken out.
+    pub fn put_contact(&mut self, contact: ContactTerm) {
+        self.contact = contact;
+        self.search_contacts_again();
+    }
+
     /// Evaluates contact and friction at `state`.
     pub fn find_contacts(&mut self, state: &State) {
         self.contact_energy(state);

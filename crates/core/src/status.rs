@@ -22,6 +22,11 @@ impl Status {
     pub const ALL: [Status; 5] =
         [Status::Converged, Status::Stalled, Status::IterationLimit, Status::Failed, Status::Interrupted];
 
+    /// Whether it is that of an equilibrium: its values count in tables and requirements, and the run goes on from it.
+    pub fn is_balanced(self) -> bool {
+        matches!(self, Status::Converged | Status::Stalled)
+    }
+
     /// Word used in results.
     pub fn word(self) -> &'static str {
         match self {

@@ -23,7 +23,6 @@ use crate::format::{Ended, File, Format, ends};
 use crate::local::{Local, node_count};
 use crate::picture::{self, Drawing};
 use crate::sheet::{capitals, open_in};
-use crate::table::is_balanced;
 use base64::Engine;
 use layout::{OPEN, fixed, heading, millimetres, radius};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -367,7 +366,7 @@ impl<'a> Course<'a> {
 }
 
 fn branches(ends: &[&StepResult]) -> Markup {
-    let ends: Vec<&StepResult> = ends.iter().copied().filter(|end| is_balanced(end)).collect();
+    let ends: Vec<&StepResult> = ends.iter().copied().filter(|end| end.status.is_balanced()).collect();
     let ends = ends.as_slice();
     let count = ends.last().map_or(0, |end| end.branches.len());
     let mut courses: Vec<Course> = (0..count).filter_map(|k| Course::of(k, ends)).collect();

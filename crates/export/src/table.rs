@@ -41,9 +41,9 @@ pub use parquet_file::{Grouped, Head, Tail, Writer, head, read};
 use crate::ending::{ConstraintEnd, Ending};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use wireloom_core::Vector;
 use wireloom_core::equilibrium::StepResult;
 use wireloom_core::requirement::{Measure, Origin, RequirementResult, Severity, Verdict, with_distinct_names};
-use wireloom_core::{Status, Vector};
 
 /// Name of the file.
 pub const FILE: &str = "points.parquet";
@@ -152,15 +152,10 @@ pub struct Extremes {
     constraints: BTreeMap<String, [f64; 2]>,
 }
 
-/// Whether an increment ended in an equilibrium: its values count in tables and requirements.
-pub fn is_balanced(end: &StepResult) -> bool {
-    matches!(end.status, Status::Converged | Status::Stalled)
-}
-
 impl Extremes {
     /// Adds an increment.
     pub fn add(&mut self, end: &StepResult) {
-        if !is_balanced(end) {
+        if !end.status.is_balanced() {
             return;
         }
         self.branches.resize(end.branches.len(), [f64::INFINITY, f64::NEG_INFINITY]);

@@ -6,7 +6,6 @@ use crate::print::table::{Columns, ROWS};
 use crate::print::text::{printable, time};
 use crate::print::{operations, sheet};
 use std::io::{self, Write};
-use wireloom::export::table::is_balanced;
 use wireloom::geometry::Vector;
 use wireloom::result::{
     BranchResult, Clearance, ConstraintResult, Deviation, DeviationCause, Event, Group, Identified, Identities,
@@ -30,7 +29,7 @@ pub fn print(run: &Run, size: &str, extremes: &Extremes, built: usize, out: &mut
     }
     steps(run, out)?;
     operations::print(run, out)?;
-    let end = run.steps.last().filter(|end| is_balanced(end));
+    let end = run.steps.last().filter(|end| end.status.is_balanced());
     if end.is_none() {
         let none = extremes.bends.is_empty();
         let what = if none { "no increment ended in an equilibrium" } else { "the end is not an equilibrium" };

@@ -341,6 +341,7 @@ impl Samples<'_> {
                 if mesh.station_frame(node).is_some() && !self.fine[j] {
                     let l = self.shape.rest_lengths[j];
                     let next = if end == 0 { Some(j + 1) } else { j.checked_sub(1) };
+                    let next = next.filter(|_| mesh.station_frame(j + 1 - end).is_none());
                     let next = next.and_then(|next| *self.rate.get(next)?).unwrap_or_default();
                     let left =
                         rate * ((self.place[c] - result.s[node]).abs() * l / mesh.length()) + (next - rate) * (l / 8.0);
@@ -482,10 +483,10 @@ impl Samples<'_> {
         1.0 + STEEP * (steepest / largest).min(1.0).powi(4)
     }
 
-    /// Additional error of the curvature of each node where the mesh is too coarse for the leading term, 1/m: where the
-    /// curvature changes by its own size within a segment, or the angle of a cell is large.
-    fn unresolved(&self) -> Vec<f64> {
-        let mut errors = vec![0.0_f64; self.branch.rod.mesh().nodes()];
+    /// Additional errors of the curvature (1/m) and the moment (N m) of each node where the mesh is too coarse for the
+    /// leading term: where the curvature changes by its own size within a segment, or the angle of a cell is large.
+    fn unresolved(&self) -> Vec<[f64; 2]> {
+        let mut errors = vec![[0.0_f64; 2]; self.branch.rod.mesh().nodes()];
         let lengths = self.shape.rest_lengths;
         let bends = |j: usize| [0, 1].map(|end| self.at_node(j, end).map(|kappa| kappa.xy().norm()));
         let bends: Vec<[Option<f64>; 2]> = (0..lengths.len()).map(bends).collect();
@@ -497,7 +498,10 @@ impl Samples<'_> {
                 let kappa = kappa.unwrap_or(0.0);
                 let power = if self.fine[j] { 8 } else { 4 };
                 let coarse = COARSE * change * (change / largest).min(1.0).powi(power);
-                errors[node] = errors[node].max(coarse + kappa * (kappa * lengths[j]).powi(4) / LAW);
+                let of_curvature = coarse + kappa * (kappa * lengths[j]).powi(4) / LAW;
+                let of_moment = self.stiffness[j].diagonal().xy().max() * of_curvature;
+                let [curvature, moment] = &mut errors[node];
+                (*curvature, *moment) = (curvature.max(of_curvature), moment.max(of_moment));
             }
         }
         errors
@@ -572,10 +576,9 @@ pub(crate) fn estimate(
             all.iter_mut().for_each(|error| *error *= steepness);
         }
         errors.position.iter_mut().for_each(|error| *error *= steepness * slid);
-        for (node, unresolved) in samples.unresolved().into_iter().enumerate() {
+        for (node, [unresolved, of_moment]) in samples.unresolved().into_iter().enumerate() {
             errors.curvature[node] += unresolved;
-            let stiffest = samples.beside(node).map(|j| samples.stiffness[j].diagonal().xy().max());
-            errors.moment[node] += stiffest.into_iter().fold(0.0, f64::max) * unresolved;
+            errors.moment[node] += of_moment;
             let is_inner = |j: &usize| *j < samples.rate.len();
             let around = [node.checked_sub(1), Some(node)].into_iter().flatten().filter(is_inner);
             if around.into_iter().any(|j| samples.span(j) < SHORT) {

@@ -65,7 +65,8 @@ pub fn jump_unseen(moved: f64) -> Occurrence {
     }
 }
 
-/// Logs the events at the end of an increment; with `all`, all clearances are kept, not only the required ones.
+/// Logs the events at the end of an increment: of one that is no equilibrium only what may be the reason. With `all`,
+/// all clearances are kept, not only the required ones.
 pub(crate) fn log_increment(
     log: &mut EventLog,
     problem: &mut Problem<'_>,
@@ -74,13 +75,15 @@ pub(crate) fn log_increment(
     (cables, spans): (&Cables<'_>, &Spans),
     (stop, all): (&Stop, bool),
 ) {
-    bends(log, &end.branches);
     overlaps(log, problem);
     passed_through(log, problem.network, cables);
-    short_clearances(log, problem, cables, all);
-    constraints(log, problem, &end.constraints);
-    slides(log, end);
-    insertions(log, end);
+    if end.status.is_balanced() {
+        bends(log, &end.branches);
+        short_clearances(log, problem, cables, all);
+        constraints(log, problem, &end.constraints);
+        slides(log, end);
+        insertions(log, end);
+    }
     coarse_meshes(log, problem, state);
     for span in spans::overstretched(problem.network, spans) {
         log.raise(span);

@@ -48,6 +48,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(crate) fault: Option<(PartFamily, usize, String)>,
     /// Whether the initial equilibrium is being searched for: nothing slides then.
     pub(crate) starting: bool,
+    /// Whether the initial equilibrium was found without contact first.
+    pub(super) started_without_contact: bool,
     pub(super) log: EventLog,
     /// Monitor of the twist; none before the initial equilibrium, whose twist is not prescribed.
     pub(super) twist_monitor: Option<TwistMonitor>,
@@ -89,7 +91,7 @@ pub(crate) struct RunPosition {
 
 /// Whether an increment may be followed by another one.
 pub(crate) fn is_balanced(status: impl Into<Status>) -> bool {
-    matches!(status.into(), Status::Converged | Status::Stalled)
+    status.into().is_balanced()
 }
 
 /// Remark on an initial equilibrium that was not found.
@@ -142,6 +144,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             violation: None,
             fault: None,
             starting: true,
+            started_without_contact: false,
             log: EventLog::default(),
             twist_monitor: None,
             prescribed_turns: 0.0,
@@ -241,6 +244,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             violation: _,
             fault: _,
             starting: _,
+            started_without_contact: _,
             twist_monitor: _,
             prescribed_turns: _,
             lost_twist: _,

@@ -51,7 +51,7 @@ pub fn start_near(
     let turns = prolonged.frames.iter().zip(&driver.state.frames).map(|(a, b)| a.angle_to(b));
     let near = status == Status::Converged && !driver.is_over() && turns.fold(0.0, f64::max) <= NEAR;
     driver.commit_start(status);
-    let notes = driver.smooth_start_note().into_iter().collect();
+    let notes = driver.notes_on_start();
     near.then(|| Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) })
 }
 
@@ -105,10 +105,40 @@ impl Driver<'_, '_> {
         self.solve()
     }
 
-    /// Finds an equilibrium of the loads with a potential. A drawn shape is at first the rest shape, without weight;
-    /// while the constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable
-    /// equilibrium is left at the end.
+    /// Finds an equilibrium of the loads with a potential. Where obstacles block the way there, and no shape is drawn
+    /// that says on which side of them cables run, it is found without contact, and with it from there on.
     fn find_equilibrium_with_potential(&mut self) -> Grade {
+        let network = self.problem.network;
+        let layout = (self.state.clone(), self.problem.conditions().clone());
+        let status = self.go_from_layout();
+        let is_drawn = network.branches.iter().any(|branch| !branch.path.is_empty());
+        if is_balanced(status) || self.is_over() || network.obstacles.is_empty() || is_drawn {
+            return status;
+        }
+        let blocked = (self.state.clone(), self.problem.conditions().clone());
+        self.return_to_layout(&layout);
+        let contact = self.problem.take_contact();
+        let free = self.go_from_layout();
+        self.problem.put_contact(contact);
+        if free == Status::Converged && !self.is_over() {
+            let stop = self.stop;
+            self.stop.max_iterations = snap_through_iterations(&stop);
+            let solved = self.solve();
+            let status = self.leave_unstable_start(solved);
+            self.stop = stop;
+            if status == Status::Converged {
+                self.started_without_contact = true;
+                return status;
+            }
+        }
+        self.discard_trial(&blocked.0, &blocked.1);
+        self.certify(status)
+    }
+
+    /// Goes from the layout to an equilibrium. A drawn shape is at first the rest shape, without weight; while the
+    /// constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is
+    /// left at the end.
+    fn go_from_layout(&mut self) -> Grade {
         let network = self.problem.network;
         let mut journeys = Vec::new();
         let mut increments = START_INCREMENTS;
@@ -169,6 +199,7 @@ impl Driver<'_, '_> {
         let status = coarse_driver.find_initial_equilibrium();
         let (state, work) =
             (coarse_driver.state, (coarse_driver.iterations, coarse_driver.polish, coarse_driver.factorisations));
+        let without_contact = coarse_driver.started_without_contact;
         self.iterations += work.0;
         self.polish += work.1;
         self.factorisations += work.2;
@@ -179,20 +210,26 @@ impl Driver<'_, '_> {
             return None;
         }
         let network = self.problem.network;
-        let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
+        let layout = (self.state.clone(), self.problem.conditions().clone());
         let stop = self.stop;
         self.stop.max_iterations = snap_through_iterations(&stop);
         let status = self.relax_from(prolongation::prolonged(coarse, &state, network));
         self.stop = stop;
         if status != Status::Converged {
-            self.discard_trial(&began, &conditions);
-            self.starting = true;
-            for (f, own) in conditions.constraints.into_iter().enumerate() {
-                self.problem.set_target(f, own.base);
-            }
+            self.return_to_layout(&layout);
             return None;
         }
+        self.started_without_contact = without_contact;
         Some(status)
+    }
+
+    /// Goes back to the layout, with its conditions.
+    fn return_to_layout(&mut self, (state, conditions): &(State, Conditions)) {
+        self.discard_trial(state, conditions);
+        self.starting = true;
+        for (f, own) in conditions.constraints.iter().enumerate() {
+            self.problem.set_target(f, own.base);
+        }
     }
 
     /// Finds an equilibrium near `state`, with the constraints that act from the start at their poses in the scenario.
@@ -226,14 +263,24 @@ impl Driver<'_, '_> {
         condensation.condense(&mut self.problem, &mut self.state, &self.certifier.gradient, 0.0);
     }
 
-    /// A remark if the harness touches something rough at the start.
-    pub(super) fn smooth_start_note(&self) -> Option<String> {
-        let rubs = self.problem.conditions().contact.records.iter().any(|record| record.anchor.is_some());
-        rubs.then(|| {
-            "the start is an equilibrium without friction, which acts from there on: where a cable has to be held by \
-             friction, let a step bring the weight or the obstacle"
-                .to_owned()
-        })
+    /// Remarks on how the initial equilibrium was found.
+    pub(super) fn notes_on_start(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.started_without_contact {
+            notes.push(
+                "obstacles blocked the way to the start, so it was found without them first: where a cable has to run \
+                 on another side of one, give its branch a `path`"
+                    .to_owned(),
+            );
+        }
+        if self.problem.conditions().contact.records.iter().any(|record| record.anchor.is_some()) {
+            notes.push(
+                "the start is an equilibrium without friction, which acts from there on: where a cable has to be held \
+                 by friction, let a step bring the weight or the obstacle"
+                    .to_owned(),
+            );
+        }
+        notes
     }
 
     /// Ends the search for the initial equilibrium: finds it with friction and with what slides, and leaves it if it is

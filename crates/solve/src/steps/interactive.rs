@@ -161,7 +161,7 @@ impl InteractiveDriver {
         if start != Status::Converged {
             notes.push(unbalanced_start_note(start));
         }
-        notes.extend(driver.smooth_start_note());
+        notes.extend(driver.notes_on_start());
         let grade = driver.certify(start);
         let mut end = driver.step_result(&step, 0, grade, clock.elapsed().as_secs_f64());
         let requirements = driver.check_start(&mut end);

@@ -61,7 +61,7 @@ pub fn carry_out(
             } else if !schedule.steps.is_empty() {
                 run.notes.extend(driver.start_note());
             }
-            run.notes.extend(driver.smooth_start_note());
+            run.notes.extend(driver.notes_on_start());
             driver
         }
         Some(Resumed { checkpoint, steps }) => {

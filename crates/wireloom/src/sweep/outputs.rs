@@ -3,7 +3,7 @@
 
 use wireloom_core::equilibrium::{BranchResult, ConstraintResult, StepResult};
 use wireloom_core::rotation::columns as axes;
-use wireloom_core::{Network, Rotation, Status, Vector};
+use wireloom_core::{Network, Rotation, Vector};
 use wireloom_export::ending::BranchEnd;
 use wireloom_scenario::Stretch;
 use wireloom_scenario::sweep::{At, Body, Measured, Output, When};
@@ -48,7 +48,7 @@ impl<'o> Recorder<'o> {
 
     /// Takes the end of an increment; extremes are those of equilibria.
     pub fn add(&mut self, network: &Network, progress: &Progress, end: &StepResult) {
-        let balanced = matches!(end.status, Status::Converged | Status::Stalled);
+        let balanced = end.status.is_balanced();
         for (output, so_far) in self.outputs.iter().zip(&mut self.values) {
             match output.at {
                 When::End => {}
