@@ -8,8 +8,9 @@ use crate::steps::certificate::Grade;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::{self, Plan};
 use crate::steps::stability::Stability;
-use wireloom_core::conditions::{Conditions, Sliding};
+use wireloom_core::conditions::{Conditions, Partner, Sliding};
 use wireloom_core::minimiser::{Minimiser, Stop};
+use wireloom_core::network::Branch;
 use wireloom_core::status::Status;
 use wireloom_core::steps::{Schedule, Step};
 use wireloom_core::{Moment, Monitor, Network, State, Vector};
@@ -31,6 +32,10 @@ const DISTURBANCES: [f64; 3] = [1e-3, 1e-2, 1e-1];
 /// Largest turn (rad) of any frame from the initial equilibrium of another harness: beyond it the harness's own initial
 /// equilibrium may be a different one.
 const NEAR: f64 = 0.5;
+/// Sum of the forces of obstacles, in weights of the harness, above which cables may be caught behind them.
+const CAUGHT: f64 = 10.0;
+/// Acceleration of gravity by which the weight is meant there, m/s².
+const GRAVITY: f64 = 9.81;
 
 /// Initial equilibrium of a harness, found from that of a similar harness `other`, as a checkpoint for
 /// [`super::carry_out`]. `None` if the harnesses are not alike, or no equilibrium was found nearby.
@@ -105,17 +110,20 @@ impl Driver<'_, '_> {
         self.solve()
     }
 
-    /// Finds an equilibrium of the loads with a potential. Where obstacles block the way there, and no shape is drawn
-    /// that says on which side of them cables run, it is found without contact, and with it from there on.
+    /// Finds an equilibrium of the loads with a potential. Where obstacles block the way there, or cables are caught
+    /// behind them, and no shape is drawn that says on which side of them cables run, one is found without contact, and
+    /// with it from there on.
     fn find_equilibrium_with_potential(&mut self) -> Grade {
         let network = self.problem.network;
         let layout = (self.state.clone(), self.problem.conditions().clone());
         let status = self.go_from_layout();
         let is_drawn = network.branches.iter().any(|branch| !branch.path.is_empty());
-        if is_balanced(status) || self.is_over() || network.obstacles.is_empty() || is_drawn {
+        let found = status == Status::Converged;
+        if found && !self.is_caught() || self.is_over() || network.obstacles.is_empty() || is_drawn {
             return status;
         }
-        let blocked = (self.state.clone(), self.problem.conditions().clone());
+        let energy = if found { self.problem.energy(&self.state).total() } else { f64::INFINITY };
+        let first = (self.state.clone(), self.problem.conditions().clone());
         self.return_to_layout(&layout);
         let contact = self.problem.take_contact();
         let free = self.go_from_layout();
@@ -126,13 +134,21 @@ impl Driver<'_, '_> {
             let solved = self.solve();
             let status = self.leave_unstable_start(solved);
             self.stop = stop;
-            if status == Status::Converged {
+            if status == Status::Converged && self.problem.energy(&self.state).total() < energy {
                 self.started_without_contact = true;
                 return status;
             }
         }
-        self.discard_trial(&blocked.0, &blocked.1);
+        self.discard_trial(&first.0, &first.1);
         self.certify(status)
+    }
+
+    /// Whether obstacles push as hard as if cables were caught behind them.
+    fn is_caught(&self) -> bool {
+        let weight: f64 = self.problem.network.branches.iter().map(weight).sum();
+        let records = self.problem.conditions().contact.records.iter();
+        let pushes = records.filter(|record| matches!(record.partner, Partner::Obstacle { .. }));
+        pushes.map(|record| record.multiplier).sum::<f64>() > CAUGHT * weight
     }
 
     /// Goes from the layout to an equilibrium. A drawn shape is at first the rest shape, without weight; while the
@@ -268,8 +284,8 @@ impl Driver<'_, '_> {
         let mut notes = Vec::new();
         if self.started_without_contact {
             notes.push(
-                "obstacles blocked the way to the start, so it was found without them first: where a cable has to run \
-                 on another side of one, give its branch a `path`"
+                "obstacles blocked the way to the start, or caught cables on it, so it was found without them first: \
+                 where a cable has to run on another side of one, give its branch a `path`"
                     .to_owned(),
             );
         }
@@ -338,4 +354,10 @@ impl Driver<'_, '_> {
         self.discard_trial(&began, &conditions);
         self.certify(status)
     }
+}
+
+/// Weight of a branch, N.
+fn weight(branch: &Branch) -> f64 {
+    let lengths = branch.rod.mesh().rest_lengths.iter().enumerate();
+    lengths.map(|(j, length)| GRAVITY * branch.sections.of(j).linear_density * length).sum()
 }
