@@ -291,7 +291,8 @@ fn hysteresis() -> Checked {
 /// What the report of a run says of its start was taken for a start without balance.
 fn failing_starts() -> Checked {
     let more = "[sweep.vary]\n\"sections.cable.linear_density\" = { from = 0.04, to = 0.06, count = 48 }\n\
-                [[requirements]]\nname = \"gentle\"\nquantity = \"bend_radius\"\nof = { branch = \"cable\" }\nmin = \"10 m\"\n\
+                [[requirements]]\nname = \"gentle\"\nquantity = \"bend_radius\"\n\
+                of = { branch = \"cable\" }\nmin = \"10 m\"\n\
                 [[steps]]\nname = \"stay\"\n";
     let (rows, runs) = rows_and_runs(&cable("").replace("[sweep]\n", &format!("[sweep]\n{more}")))?;
     let shorter = |(row, (_, iterations)): &(&Row, &Ended)| energy_and_iterations(row).1 < *iterations;
