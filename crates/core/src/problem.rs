@@ -614,15 +614,9 @@ impl Problem<'_> {
         &self.contact
     }
 
-    /// Takes contact and its friction out of the problem, until [`Self::put_contact`] brings them back.
-    pub fn take_contact(&mut self) -> ContactTerm {
-        std::mem::take(&mut self.contact)
-    }
-
-    /// Brings back contact that was taken out.
-    pub fn put_contact(&mut self, contact: ContactTerm) {
-        self.contact = contact;
-        self.search_contacts_again();
+    /// Sets whether cables touch obstacles.
+    pub fn set_obstacles_act(&mut self, act: bool) {
+        self.contact.set_obstacles_act(act);
     }
 
     /// Evaluates contact and friction at `state`.

@@ -1,5 +1,6 @@
 //! Report of an increment: shapes, forces, events, clearances, lost twist.
 
+pub mod branch;
 pub(crate) mod clearance;
 pub(crate) mod deviation;
 pub mod discretisation;

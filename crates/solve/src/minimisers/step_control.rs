@@ -1,4 +1,4 @@
-//! Step limits, shifts of the Hessian and tolerances common to the minimisers.
+//! Step limits, shifts of the Hessian, tolerances and threads common to the minimisers.
 
 use wireloom_core::minimiser::Stop;
 use wireloom_core::scales::LocalScale;

@@ -1,287 +1,20 @@
-//! Results at a state: internal forces, moments, bend radii, reactions.
+//! Results at a state: joints, obstacles, mechanisms, reactions of constraints; of branches see [`super::branch`].
 
-use crate::report::nodes;
 use std::f64::consts::TAU;
 use wireloom_core::equilibrium::{
-    ArmFriction, BranchResult, ConstraintResult, FrictionResult, JointResult, MarkerResult, MechanismResult, NodeSides,
-    ObstacleResult, SpanResult, StationResult, TightestBend,
+    ArmFriction, BranchResult, ConstraintResult, JointResult, MarkerResult, MechanismResult, ObstacleResult,
+    SpanResult, StationResult, TightestBend,
 };
-use wireloom_core::joint::JointShape;
 use wireloom_core::mechanism::Mechanism;
-use wireloom_core::network::{AttachedConstraint, Branch, BranchEnd, Joint, Place, Site, Span};
+use wireloom_core::network::{AttachedConstraint, Branch, Joint, Place, Site, Span};
 use wireloom_core::obstacle::Obstacle;
 use wireloom_core::problem::Problem;
 use wireloom_core::requirement::Marker;
-use wireloom_core::rod::Mesh;
 use wireloom_core::rotation::{columns, twist_angle};
 use wireloom_core::terms::constraints::Reaction;
 use wireloom_core::terms::contact::ObstacleLoad;
-use wireloom_core::terms::gravity;
 use wireloom_core::variable::Variable;
-use wireloom_core::{BranchShape, Mounting, Network, Pose, Rotation, State, Tangent, Vector};
-
-/// Curvatures below this fraction of 1/L count as straight.
-const STRAIGHT: f64 = 1e-9;
-
-/// Side of a node.
-#[derive(Clone, Copy)]
-enum Side {
-    Before,
-    After,
-    Both,
-}
-
-/// Result of a branch; `touching` marks the points in contact ([`Problem::touching_points`]).
-pub fn branch(problem: &Problem<'_>, index: usize, state: &State, touching: &[bool]) -> BranchResult {
-    let network = problem.network;
-    let branch = &network.branches[index];
-    let shape = problem.shape(state, index);
-    let mesh = branch.rod.mesh();
-    let n = mesh.segments();
-    let mut segment_forces = vec![Vector::zeros(); n];
-    branch.rod.forces(&shape, &mut segment_forces);
-    let mut coupling_moments = vec![Vector::zeros(); mesh.coupling_lengths.len()];
-    branch.rod.moments(&shape, &mut coupling_moments);
-    let weight = |j: usize| problem.force_per_length(state, index, j);
-    // Differences across a few nodes know little of a few segments, also where their span goes on beyond a joint.
-    let refines = branch.rod.couples_pairs() && n >= Mesh::FINE;
-    let is_fine = |j: usize| refines && mesh.is_fine(j);
-    let lengths = gravity::middle_shifts(mesh, shape.rest_lengths);
-    let middle_shifts: Vec<Vector> = lengths.into_iter().enumerate().map(|(j, length)| weight(j) * length).collect();
-    let middle_forces: Vec<Vector> = segment_forces.iter().zip(&middle_shifts).map(|(n, shift)| n + shift).collect();
-    let length = mesh.length();
-
-    let s = state.arc_lengths(network, index);
-    let mut result = BranchResult {
-        name: branch.name.clone(),
-        diameter: branch.sections.diameter(),
-        bend_radius_limit: branch.sections.bend_radius_limit(),
-        axial_stiffness: branch.sections.at_end(true).axial_stiffness,
-        sections: branch.sections.results(&s),
-        strain: None,
-        s,
-        position: shape.points.iter().zip(shape.compensation).map(|(x, c)| x + c).collect(),
-        frame: Vec::with_capacity(n + 1),
-        force: Vec::with_capacity(n + 1),
-        moment: vec![Vector::zeros(); n + 1],
-        bend_radius: Vec::with_capacity(n + 1),
-        sides: Vec::new(),
-        twist_turns: 0.0,
-        error: None,
-        deviation: None,
-        friction: None,
-    };
-    let rest = branch.rod.linear_law().map(|law| law.curvature);
-    let bent_by = |segment: usize, moment: &Vector| branch.sections.of(segment).curvature_under(moment);
-    let segment_frame = |j: usize| shape.frames[mesh.segment_frames[j]];
-    // Curvature (1/m) at each node, and its side of the node. At an inner station, where a constraint makes forces and
-    // moments jump, the tighter side is reported.
-    let mut curvature = vec![(Vector::zeros(), Side::Both); n + 1];
-    // Coupling of each node that is reported.
-    let mut couplings = vec![0; n + 1];
-    for (c, &lambda) in shape.coupling_lengths.iter().enumerate() {
-        let node = mesh.coupling_nodes[c];
-        let relative = shape.frames[c].inverse() * shape.frames[c + 1];
-        // The coupling beside a station lies in the middle of half a segment; the moment is that at the station.
-        let kappa = match (mesh.station_frame(node), rest) {
-            (Some(frame), Some(rest)) => {
-                let moment = shape.frames[frame].inverse() * coupling_moments[c];
-                let elastic = || rest + bent_by(mesh.coupling_segment(c), &moment);
-                let kappa = branch.rod.curvature_under(&moment, memory_of(&shape, c), shape.duration);
-                let kappa = kappa.unwrap_or_else(elastic);
-                shape.extra_curvature.get(c).map_or(kappa, |extra| kappa + extra)
-            }
-            _ => relative.scaled_axis() / lambda,
-        };
-        let inner = node > 0 && node < n && mesh.station_frame(node).is_some();
-        let second = c > 0 && mesh.coupling_nodes[c - 1] == node;
-        if inner {
-            let (moment, radius) = (coupling_moments[c], bend_radius(&kappa, length));
-            match result.sides.last_mut().filter(|_| second) {
-                Some(sides) => (sides.moment[1], sides.bend_radius[1]) = (moment, radius),
-                None => result.sides.push(NodeSides {
-                    node,
-                    force: [
-                        middle_forces[node - 1] - weight(node - 1) * (0.5 * shape.rest_lengths[node - 1]),
-                        middle_forces[node] + weight(node) * (0.5 * shape.rest_lengths[node]),
-                    ],
-                    moment: [moment; 2],
-                    bend_radius: [radius; 2],
-                }),
-            }
-        }
-        if !second || kappa.xy().norm() > curvature[node].0.xy().norm() {
-            let side = match (inner, second) {
-                (false, _) => Side::Both,
-                (true, false) => Side::Before,
-                (true, true) => Side::After,
-            };
-            curvature[node] = (kappa, side);
-            result.moment[node] = coupling_moments[c];
-            couplings[node] = c;
-        }
-    }
-    // Edges are tangent to the centre line at their midpoints (frames are not, as the cable shears); nodes without a
-    // station are off the centre line by ℓ² x″/24. In contact the polygon itself is reported, as its nodes touch.
-    let touching = &touching[branch.points.clone()];
-    let tangents = nodes::middle_tangents(branch, &shape);
-    for node in (1..n).filter(|&node| mesh.station_frame(node).is_none() && !touching[node]) {
-        let length = shape.rest_lengths[node - 1] + shape.rest_lengths[node];
-        result.position[node] += (tangents[node] - tangents[node - 1]) * (length / 48.0);
-    }
-    // Ends at a joint without stations have no coupling of the rod: the moment there is that of the joint, and frame
-    // and curvature follow from it, or with two arms from the segments on both sides.
-    let mut continued = [None, None];
-    // Whether the rod runs through the joint there.
-    let mut through = [false, false];
-    for (k, (end, node)) in [(branch.start, 0), (branch.end, n)].into_iter().enumerate() {
-        let BranchEnd::Joint { joint, arm } = end else { continue };
-        let memory = &problem.conditions().joints[joint].memory;
-        let joint = &network.joints[joint];
-        if joint.model.mounting() != Mounting::Point {
-            continue;
-        }
-        let (segment, sign) = if k == 0 { (0, 1.0) } else { (n - 1, -1.0) };
-        let q = segment_frame(segment);
-        let frames: Vec<Rotation> = joint.coupled_frames.iter().map(|&c| state.frames[c]).collect();
-        let mut moments = vec![Vector::zeros(); frames.len()];
-        joint.model.add_gradient(&JointShape { frames: &frames, memory }, &mut moments);
-        let of_arm = frames.iter().zip(&moments).skip(arm).step_by(joint.arms.len());
-        let moment = of_arm.map(|(frame, moment)| frame * moment).sum::<Vector>() * sign;
-        if !touching[node] {
-            result.position[node] += joint_shift(problem, joint, state);
-        }
-        result.moment[node] = moment;
-        // Where the joint continues the rod, it has the variation of curvature to the coupling beside it.
-        let second = joint.arms.len() + arm;
-        if let (Some(frame), Some(moment)) = (frames.get(second), moments.get(second)) {
-            result.moment[if k == 0 { 1 } else { n - 1 }] += frame * moment * sign;
-        }
-        let (kappa, frame) = if joint.arms.len() == 2 {
-            let beyond = mean_rotation(others(joint, arm, state)) * joint.arms[arm].rest;
-            let bent = |a: &Rotation, b: &Rotation| if k == 0 { b.inverse() * a } else { a.inverse() * b };
-            let kappa = bent(&q, &beyond).scaled_axis() / mean_length(joint);
-            let mut frame = halfway(&beyond, &q, 0.5);
-            if let [_, _, seconds @ ..] = frames.as_slice()
-                && let (Some(own), Some(other)) = (seconds.get(arm), seconds.get(1 - arm))
-            {
-                through[k] = true;
-                let [here, across] = [arm, 1 - arm].map(|arm| &joint.arms[arm]);
-                let own_length = end_coupling(&shape, here.starts_here);
-                let other_shape = state.branch(network, joint.branches[1 - arm]);
-                let other_length = end_coupling(&other_shape, across.starts_here);
-                let other = other * across.rest.inverse() * here.rest;
-                let [own, other] =
-                    [bent(own, &q).scaled_axis() / own_length, bent(&beyond, &other).scaled_axis() / other_length];
-                let middle = mean_length(joint);
-                let places = [0.5 * sign * (own_length + middle), 0.0, -0.5 * sign * (middle + other_length)];
-                let rate = nodes::slope(places, [own, kappa, other], 0.0);
-                frame *= Rotation::from_scaled_axis(rate * (here.segment_length * across.segment_length / -8.0));
-            }
-            (kappa, frame)
-        } else {
-            let moment = q.inverse() * moment;
-            let kappa = bent_by(segment, &moment) + joint.arms[arm].curvature;
-            (kappa, q * Rotation::from_scaled_axis(kappa * (-0.5 * sign * shape.rest_lengths[segment])))
-        };
-        curvature[node].0 = kappa;
-        continued[k] = Some(frame);
-    }
-    for (node, &(_, side)) in curvature.iter().enumerate() {
-        let (l0, l1) = (
-            if node > 0 { shape.rest_lengths[node - 1] } else { 0.0 },
-            if node < n { shape.rest_lengths[node] } else { 0.0 },
-        );
-        let frame = match (mesh.station_frame(node), node) {
-            (Some(c), _) => shape.frames[c],
-            (None, 0) => continued[0].unwrap_or_else(|| segment_frame(0)),
-            (None, node) if node == n => continued[1].unwrap_or_else(|| segment_frame(n - 1)),
-            (None, node) => halfway(&segment_frame(node - 1), &segment_frame(node), l0 / (l0 + l1)),
-        };
-        result.frame.push(frame);
-        // Between nodes the force changes by the weight and the loads along it: n' + f = 0. Moments of coarse spans are
-        // in balance with the forces of segments as they are.
-        let inner = |j: usize| if is_fine(j) { middle_forces[j] } else { segment_forces[j] };
-        result.force.push(match (node, side) {
-            (0, _) | (_, Side::After) => middle_forces[node] + weight(node) * (0.5 * l1),
-            (_, Side::Before) => middle_forces[node - 1] - weight(node - 1) * (0.5 * l0),
-            (node, _) if node == n => middle_forces[n - 1] - weight(n - 1) * (0.5 * l0),
-            (node, Side::Both) => (inner(node - 1) * l1 + inner(node) * l0) / (l0 + l1),
-        });
-    }
-    if refines && !touching.contains(&true) {
-        let segments = nodes::Segments { shape: &shape, forces: &middle_forces, shifts: &middle_shifts };
-        let rest = rest.unwrap_or_default();
-        nodes::refine(branch, &segments, through, weight, &mut result, |node, moment| {
-            // The same all along a branch.
-            let rest = shape.extra_curvature.first().map_or(rest, |extra| rest + extra);
-            curvature[node].0 = rest + bent_by(node.min(n - 1), &moment);
-        });
-    }
-    if branch.has_axial_law() || branch.sections.only().is_none() {
-        let strain = |node: usize| {
-            let strains = [node.saturating_sub(1), node.min(n - 1)];
-            let [before, after] = strains.map(|segment| branch.strain_under(segment, result.tension_at(node)).0);
-            if after.abs() > before.abs() { after } else { before }
-        };
-        result.strain = Some((0..=n).map(strain).collect());
-    }
-    result.twist_turns = twist(mesh, &shape, curvature.iter().map(|(kappa, _)| kappa.z).collect()) / TAU;
-    result.bend_radius = curvature.iter().map(|(kappa, _)| bend_radius(kappa, length)).collect();
-    if !shape.memory.is_empty() {
-        let unloaded = |c: &usize| branch.rod.curvature_under(&Vector::zeros(), memory_of(&shape, *c), 0.0);
-        let set = couplings.iter().map(|c| unloaded(c).unwrap_or_default() - rest.unwrap_or_default()).collect();
-        let [dissipated, dissipated_in_all] = problem.conditions().rods[index].dissipated;
-        result.friction = Some(FrictionResult { set, dissipated, dissipated_in_all });
-    }
-    result
-}
-
-/// Bend radius (m) of a curvature (1/m) in a branch of this length (m).
-fn bend_radius(kappa: &Vector, length: f64) -> f64 {
-    let bend = kappa.xy().norm();
-    if bend * length > STRAIGHT { 1.0 / bend } else { f64::INFINITY }
-}
-
-/// Length of the first or last coupling of a branch, m.
-fn end_coupling(shape: &BranchShape<'_>, first: bool) -> f64 {
-    shape.coupling_lengths[if first { 0 } else { shape.coupling_lengths.len() - 1 }]
-}
-
-/// Memory of a coupling.
-fn memory_of<'s>(shape: &BranchShape<'s>, coupling: usize) -> &'s [f64] {
-    let width = shape.memory.len() / shape.coupling_lengths.len();
-    &shape.memory[coupling * width..(coupling + 1) * width]
-}
-
-/// `∫ κ3 ds` of a branch, rad; `at_nodes` is κ3 at its nodes, 1/m. A coupling measures the rotation vector λκ over its
-/// cell; the mean curvature there is `κ − (λ²/12) κ × D` with the rate D (`models::variation`). Beside an end without a
-/// station half a segment is left, over which κ3 is the parabola through the next three nodes.
-fn twist(mesh: &Mesh, shape: &BranchShape<'_>, at_nodes: Vec<f64>) -> f64 {
-    let lengths = shape.coupling_lengths;
-    let kappa = |c: usize| (shape.frames[c].inverse() * shape.frames[c + 1]).scaled_axis() / lengths[c];
-    let curvatures: Vec<Vector> = (0..lengths.len()).map(kappa).collect();
-    let is_station = |frame: usize| mesh.station_frames.binary_search(&frame).is_ok();
-    let cell = |c: usize| {
-        let before = if c > 0 && !is_station(c) { c - 1 } else { c };
-        let after = if c + 1 < lengths.len() && !is_station(c + 1) { c + 1 } else { c };
-        let distance: f64 = (before..after).map(|k| 0.5 * (lengths[k] + lengths[k + 1])).sum();
-        let change = curvatures[after] - curvatures[before];
-        let rate = if distance > 0.0 { change / distance } else { change };
-        lengths[c] * (curvatures[c].z - lengths[c].powi(2) / 12.0 * curvatures[c].cross(&rate).z)
-    };
-    let n = mesh.segments();
-    let end = |node: usize, inwards: [usize; 2], segment: usize| match mesh.station_frame(node) {
-        Some(_) => 0.0,
-        None if n < 2 => 0.5 * shape.rest_lengths[segment] * at_nodes[node],
-        None => {
-            let [next, second] = inwards.map(|node| at_nodes[node]);
-            shape.rest_lengths[segment] * (at_nodes[node] / 3.0 + next * (5.0 / 24.0) - second / 24.0)
-        }
-    };
-    let ends = end(0, [1, 2], 0) + end(n, [n.saturating_sub(1), n.saturating_sub(2)], n - 1);
-    (0..lengths.len()).map(cell).sum::<f64>() + ends
-}
+use wireloom_core::{Mounting, Network, Pose, Rotation, State, Tangent, Vector};
 
 /// Turns of the frames of a branch about its centre line, each from the one before.
 pub(crate) fn twist_turns(frames: &[Rotation]) -> f64 {
@@ -289,12 +22,7 @@ pub(crate) fn twist_turns(frames: &[Rotation]) -> f64 {
     angles.sum::<f64>() / TAU
 }
 
-/// Rotation at fraction `t` between `a` and `b`.
-fn halfway(a: &Rotation, b: &Rotation, t: f64) -> Rotation {
-    a.try_slerp(b, t, 1e-12).unwrap_or(*a)
-}
-
-/// Result of the joint of this index; see [`branch`].
+/// Result of the joint of this index; `touching` marks the points in contact ([`Problem::touching_points`]).
 pub fn joint(problem: &Problem<'_>, index: usize, state: &State, touching: &[bool]) -> JointResult {
     let (joint, own) = (&problem.network.joints[index], &problem.conditions().joints[index]);
     let position = state.points[joint.point] + state.compensation[joint.point];
@@ -337,7 +65,7 @@ pub(super) fn shift_length(problem: &Problem<'_>, joint: &Joint) -> f64 {
 
 /// Offset `ℓ² x″/24` of the centre line from a two-arm joint, as at a node between segments, with x″ from the
 /// outward tangents of the arms less those at rest.
-fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
+pub(super) fn joint_shift(problem: &Problem<'_>, joint: &Joint, state: &State) -> Vector {
     let length = shift_length(problem, joint);
     if length == 0.0 {
         return Vector::zeros();

@@ -48,8 +48,8 @@ pub(crate) struct Driver<'n, 'm> {
     pub(crate) fault: Option<(PartFamily, usize, String)>,
     /// Whether the initial equilibrium is being searched for: nothing slides then.
     pub(crate) starting: bool,
-    /// Whether the initial equilibrium was found without contact first.
-    pub(super) started_without_contact: bool,
+    /// Whether the initial equilibrium was found without obstacles first.
+    pub(super) started_without_obstacles: bool,
     pub(super) log: EventLog,
     /// Monitor of the twist; none before the initial equilibrium, whose twist is not prescribed.
     pub(super) twist_monitor: Option<TwistMonitor>,
@@ -144,7 +144,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             violation: None,
             fault: None,
             starting: true,
-            started_without_contact: false,
+            started_without_obstacles: false,
             log: EventLog::default(),
             twist_monitor: None,
             prescribed_turns: 0.0,
@@ -244,7 +244,7 @@ impl<'n, 'm> Driver<'n, 'm> {
             violation: _,
             fault: _,
             starting: _,
-            started_without_contact: _,
+            started_without_obstacles: _,
             twist_monitor: _,
             prescribed_turns: _,
             lost_twist: _,

@@ -3,7 +3,8 @@
 use super::driver::{Driver, is_balanced};
 use super::increment::snap_through_iterations;
 use crate::minimisers::condensation::Condensation;
-use crate::start::prolongation;
+use crate::report::EventLog;
+use crate::start::{layout, prolongation};
 use crate::steps::certificate::Grade;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::{self, Plan};
@@ -32,10 +33,12 @@ const DISTURBANCES: [f64; 3] = [1e-3, 1e-2, 1e-1];
 /// Largest turn (rad) of any frame from the initial equilibrium of another harness: beyond it the harness's own initial
 /// equilibrium may be a different one.
 const NEAR: f64 = 0.5;
-/// Sum of the forces of obstacles, in weights of the harness, above which cables may be caught behind them.
+/// Sum of the forces of obstacles, in weights of the harness on earth, above which cables may be caught behind them:
+/// what lies on something has 1, what its own bends press to it some, a loop caught around a block had 4,000.
 const CAUGHT: f64 = 10.0;
-/// Acceleration of gravity by which the weight is meant there, m/s².
 const GRAVITY: f64 = 9.81;
+/// Part of the energy by which that of another start must be less.
+const LESS: f64 = 1e-3;
 
 /// Initial equilibrium of a harness, found from that of a similar harness `other`, as a checkpoint for
 /// [`super::carry_out`]. `None` if the harnesses are not alike, or no equilibrium was found nearby.
@@ -60,6 +63,14 @@ pub fn start_near(
     near.then(|| Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) })
 }
 
+/// What a trial begins with.
+struct Kept {
+    state: State,
+    conditions: Conditions,
+    log: EventLog,
+    starting: bool,
+}
+
 impl Driver<'_, '_> {
     /// Finds the initial equilibrium for the first step, by way of a `coarse` mesh if there is one.
     pub(crate) fn find_start(&mut self, coarse: Option<&Network>, schedule: &Schedule, first: &str) -> Grade {
@@ -67,7 +78,7 @@ impl Driver<'_, '_> {
         let _increment = tracing::info_span!("increment", index = 0).entered();
         self.log.begin(Moment { step: first.to_owned(), step_index: 0, increment: 0 });
         let from_coarse = coarse.and_then(|coarse| self.start_from_coarse(coarse, schedule));
-        let status = from_coarse.unwrap_or_else(|| self.find_initial_equilibrium());
+        let status = from_coarse.unwrap_or_else(|| self.find_initial_equilibrium(schedule));
         self.commit_start(status);
         if self.problem.monitor.is_stopped() { Grade::INTERRUPTED } else { status }
     }
@@ -84,12 +95,12 @@ impl Driver<'_, '_> {
     /// Finds an equilibrium from the layout, with the constraints that act from the start at their poses in the
     /// scenario. Loads without a potential are applied last, as only a system with a potential can descend to a stable
     /// equilibrium.
-    pub(super) fn find_initial_equilibrium(&mut self) -> Grade {
+    pub(super) fn find_initial_equilibrium(&mut self, schedule: &Schedule) -> Grade {
         if self.problem.has_potential() {
-            return self.find_equilibrium_with_potential();
+            return self.find_equilibrium_with_potential(schedule);
         }
         self.problem.set_fraction_without_potential(0.0);
-        let status = self.find_equilibrium_with_potential();
+        let status = self.find_equilibrium_with_potential(schedule);
         let mut plan = Plan::new(&self.problem, &Step::default(), Vec::new());
         plan.apply_without_potential = true;
         if self.is_over() {
@@ -111,50 +122,62 @@ impl Driver<'_, '_> {
     }
 
     /// Finds an equilibrium of the loads with a potential. Where obstacles block the way there, or cables are caught
-    /// behind them, and no shape is drawn that says on which side of them cables run, one is found without contact, and
-    /// with it from there on.
-    fn find_equilibrium_with_potential(&mut self) -> Grade {
+    /// behind them, and nothing says on which side of them cables run, one is found without obstacles, and with them
+    /// from there on.
+    fn find_equilibrium_with_potential(&mut self, schedule: &Schedule) -> Grade {
         let network = self.problem.network;
-        let layout = (self.state.clone(), self.problem.conditions().clone());
+        let beginning = self.keep();
         let status = self.go_from_layout();
-        let is_drawn = network.branches.iter().any(|branch| !branch.path.is_empty());
-        let found = status == Status::Converged;
-        if found && !self.is_caught() || self.is_over() || network.obstacles.is_empty() || is_drawn {
+        let is_in_the_way =
+            status != Status::Converged && self.problem.contact().is_beside_obstacle() || self.is_caught();
+        if !is_in_the_way || self.is_over() || layout::is_drawn(network, schedule) {
             return status;
         }
-        let energy = if found { self.problem.energy(&self.state).total() } else { f64::INFINITY };
-        let first = (self.state.clone(), self.problem.conditions().clone());
-        self.return_to_layout(&layout);
-        let contact = self.problem.take_contact();
+        let energy = is_balanced(status).then(|| self.problem.energy(&self.state).total());
+        let first = self.keep();
+        self.go_back_to(&beginning);
+        self.problem.set_obstacles_act(false);
         let free = self.go_from_layout();
-        self.problem.put_contact(contact);
+        self.problem.set_obstacles_act(true);
         if free == Status::Converged && !self.is_over() {
             let stop = self.stop;
             self.stop.max_iterations = snap_through_iterations(&stop);
             let solved = self.solve();
             let status = self.leave_unstable_start(solved);
             self.stop = stop;
-            if status == Status::Converged && self.problem.energy(&self.state).total() < energy {
-                self.started_without_contact = true;
+            let now = self.problem.energy(&self.state).total();
+            let has_less = energy.is_none_or(|first| now < first - LESS * first.abs());
+            if status == Status::Converged && !self.is_over() && has_less {
+                self.started_without_obstacles = true;
                 return status;
             }
         }
-        self.discard_trial(&first.0, &first.1);
+        self.go_back_to(&first);
         self.certify(status)
     }
 
     /// Whether obstacles push as hard as if cables were caught behind them.
     fn is_caught(&self) -> bool {
-        let weight: f64 = self.problem.network.branches.iter().map(weight).sum();
+        let network = self.problem.network;
+        let mass: f64 =
+            network.branches.iter().map(Branch::mass).chain(network.joints.iter().map(|own| own.mass)).sum();
         let records = self.problem.conditions().contact.records.iter();
         let pushes = records.filter(|record| matches!(record.partner, Partner::Obstacle { .. }));
-        pushes.map(|record| record.multiplier).sum::<f64>() > CAUGHT * weight
+        pushes.map(|record| record.multiplier).sum::<f64>() > CAUGHT * GRAVITY * mass
     }
 
     /// Goes from the layout to an equilibrium. A drawn shape is at first the rest shape, without weight; while the
     /// constraints move, it is replaced by the true rest shape, and the weight is applied. An unstable equilibrium is
     /// left at the end.
     fn go_from_layout(&mut self) -> Grade {
+        let stop = self.stop;
+        let status = self.go_from_layout_to(stop.force_tolerance);
+        self.stop = stop;
+        status
+    }
+
+    /// See [`Self::go_from_layout`]; changes how minimisations end.
+    fn go_from_layout_to(&mut self, force_tolerance: f64) -> Grade {
         let network = self.problem.network;
         let mut journeys = Vec::new();
         let mut increments = START_INCREMENTS;
@@ -178,14 +201,13 @@ impl Driver<'_, '_> {
         let step = Step { gravity: Some(gravity), ..Step::default() };
         let mut plan = Plan::new(&self.problem, &step, journeys);
         plan.release_drawn_shape = weightless;
-        let stop = self.stop;
         // Snap-through needs more iterations, not smaller increments.
-        self.stop.max_iterations = snap_through_iterations(&stop);
-        self.stop.force_tolerance = stop.force_tolerance.max(START_TOLERANCE);
+        self.stop.max_iterations = snap_through_iterations(&self.stop);
+        self.stop.force_tolerance = force_tolerance.max(START_TOLERANCE);
         let (mut status, _) = self.advance(&plan, 0.0, 0.0, 0);
         for k in 1..=increments {
             if k == increments {
-                self.stop.force_tolerance = stop.force_tolerance;
+                self.stop.force_tolerance = force_tolerance;
             }
             let (a, b) = ((k - 1) as f64 / increments as f64, k as f64 / increments as f64);
             (status, _) = self.advance_through(&plan, a, b);
@@ -198,13 +220,11 @@ impl Driver<'_, '_> {
         }
         if !is_balanced(status) {
             // The path is blocked: apply the final conditions and descend from here.
-            self.stop.force_tolerance = stop.force_tolerance;
+            self.stop.force_tolerance = force_tolerance;
             plan.apply(&mut self.problem, 1.0);
             status = self.solve();
         }
-        status = self.end_start(status);
-        self.stop = stop;
-        status
+        self.end_start(status)
     }
 
     /// Finds the initial equilibrium from that on a coarse mesh. `None` if that fails; the harness then is in its
@@ -212,10 +232,10 @@ impl Driver<'_, '_> {
     pub(super) fn start_from_coarse(&mut self, coarse: &Network, schedule: &Schedule) -> Option<Grade> {
         let monitor = &self.problem.monitor;
         let mut coarse_driver = Driver::at_start(coarse, &mut *self.minimiser, &self.stop, schedule, monitor);
-        let status = coarse_driver.find_initial_equilibrium();
+        let status = coarse_driver.find_initial_equilibrium(schedule);
         let (state, work) =
             (coarse_driver.state, (coarse_driver.iterations, coarse_driver.polish, coarse_driver.factorisations));
-        let without_contact = coarse_driver.started_without_contact;
+        let without_obstacles = coarse_driver.started_without_obstacles;
         self.iterations += work.0;
         self.polish += work.1;
         self.factorisations += work.2;
@@ -226,26 +246,36 @@ impl Driver<'_, '_> {
             return None;
         }
         let network = self.problem.network;
-        let layout = (self.state.clone(), self.problem.conditions().clone());
+        let beginning = self.keep();
         let stop = self.stop;
         self.stop.max_iterations = snap_through_iterations(&stop);
         let status = self.relax_from(prolongation::prolonged(coarse, &state, network));
         self.stop = stop;
         if status != Status::Converged {
-            self.return_to_layout(&layout);
+            self.go_back_to(&beginning);
             return None;
         }
-        self.started_without_contact = without_contact;
+        self.started_without_obstacles = without_obstacles;
         Some(status)
     }
 
-    /// Goes back to the layout, with its conditions.
-    fn return_to_layout(&mut self, (state, conditions): &(State, Conditions)) {
-        self.discard_trial(state, conditions);
-        self.starting = true;
-        for (f, own) in conditions.constraints.iter().enumerate() {
+    /// What a trial begins with.
+    fn keep(&self) -> Kept {
+        let (state, conditions) = (self.state.clone(), self.problem.conditions().clone());
+        Kept { state, conditions, log: self.log.clone(), starting: self.starting }
+    }
+
+    /// Goes back to where a trial began, which need not succeed: nor does a fault of it count.
+    fn go_back_to(&mut self, kept: &Kept) {
+        self.state.copy_from(&kept.state);
+        for (f, own) in kept.conditions.constraints.iter().enumerate() {
             self.problem.set_target(f, own.base);
         }
+        self.take_back(&kept.conditions);
+        self.log.clone_from(&kept.log);
+        self.starting = kept.starting;
+        self.lost_twist.clear();
+        self.fault = None;
     }
 
     /// Finds an equilibrium near `state`, with the constraints that act from the start at their poses in the scenario.
@@ -282,7 +312,7 @@ impl Driver<'_, '_> {
     /// Remarks on how the initial equilibrium was found.
     pub(super) fn notes_on_start(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if self.started_without_contact {
+        if self.started_without_obstacles {
             notes.push(
                 "obstacles blocked the way to the start, or caught cables on it, so it was found without them first: \
                  where a cable has to run on another side of one, give its branch a `path`"
@@ -310,13 +340,6 @@ impl Driver<'_, '_> {
         self.leave_unstable_start(status)
     }
 
-    /// Goes back to a state under these conditions, after a trial that need not succeed: nor does a fault of it count.
-    fn discard_trial(&mut self, state: &State, conditions: &Conditions) {
-        self.state.copy_from(state);
-        self.take_back(conditions);
-        self.fault = None;
-    }
-
     /// Enables friction, and lets the cable run through the constraints that slide without it.
     fn release_slides(&mut self) {
         self.starting = false;
@@ -333,7 +356,7 @@ impl Driver<'_, '_> {
         if self.is_over() || !applicable || self.problem.network.constraints.is_empty() {
             return status;
         }
-        let (began, conditions) = (self.state.clone(), self.problem.conditions().clone());
+        let kept = self.keep();
         let mut after = status;
         for disturbance in DISTURBANCES {
             let stability = self.certifier.inspect(&mut self.problem, &self.state).stability;
@@ -345,19 +368,17 @@ impl Driver<'_, '_> {
             self.problem.retract(&self.before, direction, disturbance, &mut self.state);
             self.problem.network.follow_ties(&mut self.state);
             after = self.solve();
+            if self.fault.is_some() {
+                self.go_back_to(&kept);
+                after = status;
+            }
         }
         if after == Status::Converged
             && self.certifier.inspect(&mut self.problem, &self.state).stability != Stability::Unstable
         {
             return after;
         }
-        self.discard_trial(&began, &conditions);
+        self.go_back_to(&kept);
         self.certify(status)
     }
-}
-
-/// Weight of a branch, N.
-fn weight(branch: &Branch) -> f64 {
-    let lengths = branch.rod.mesh().rest_lengths.iter().enumerate();
-    lengths.map(|(j, length)| GRAVITY * branch.sections.of(j).linear_density * length).sum()
 }

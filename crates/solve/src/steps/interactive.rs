@@ -171,7 +171,7 @@ impl InteractiveDriver {
         }
         driver.starting = false;
         driver.minimiser.forget();
-        let checkpoint = Checkpoint { notes, ..driver.snapshot((0, 0), None, 0.0) };
+        let checkpoint = Checkpoint { status: start.status(), notes, ..driver.snapshot((0, 0), None, 0.0) };
         let (requirements_of_step, on_the_way, errors) = (requirements.clone(), Vec::new(), driver.errors);
         Ok(Ended { end, checkpoint, requirements_of_step, requirements, on_the_way, errors })
     }

@@ -26,7 +26,7 @@ use crate::report::clearance::Cables;
 use crate::report::requirements::Equilibrium;
 use crate::report::sheet::{Found, Here, Sheet};
 use crate::report::spans::Spans;
-use crate::report::{EventLog, discretisation, result};
+use crate::report::{EventLog, branch, discretisation};
 use crate::start::layout;
 use crate::steps::certificate::Certifier;
 use crate::steps::checkpoint::Checkpoint;
@@ -554,7 +554,7 @@ impl Settled<'_> {
             return Err(NotFound::Unbalanced(certificate.residual));
         }
         let touching = problem.touching_points(&state);
-        let branch = |b: usize| result::branch(&problem, b, &state, &touching);
+        let branch = |b: usize| branch::result(&problem, b, &state, &touching);
         let branches = (0..network.branches.len()).map(branch).collect();
         let minimiser = MinimiserResult {
             kind: "kept factor".to_owned(),

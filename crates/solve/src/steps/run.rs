@@ -82,7 +82,7 @@ pub fn carry_out(
             driver.begin_step(step, index == 0, &mut run.notes)
         });
         // End of the last increment that is not kept by itself; it is kept if the run ends early.
-        let mut latest = (done > 0 && !schedule.increments).then(|| {
+        let mut latest = (done > 0 && !schedule.increments && !step.keeps(done)).then(|| {
             let status = driver.certify(Status::Stalled);
             driver.step_result(step, done, status, spent)
         });

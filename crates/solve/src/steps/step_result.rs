@@ -1,6 +1,7 @@
 //! Result of an increment, and the check of the requirements at its end.
 
 use super::driver::{Driver, is_balanced};
+use crate::report::branch;
 use crate::report::clearance::Cables;
 use crate::report::deviation;
 use crate::report::events;
@@ -63,7 +64,7 @@ impl Driver<'_, '_> {
     /// points in contact.
     fn branch_results(&mut self, inspection: Option<Inspection>, touching: &[bool]) -> Vec<BranchResult> {
         let network = self.problem.network;
-        let branch = |b: usize| result::branch(&self.problem, b, &self.state, touching);
+        let branch = |b: usize| branch::result(&self.problem, b, &self.state, touching);
         let mut branches = network.map(network.branches.len(), branch);
         let hessian = if self.problem.has_potential() { inspection.is_some() } else { !self.problem.has_slides() };
         self.errors = self.certifier.discretisation(&mut self.problem, &self.state, &branches, hessian);

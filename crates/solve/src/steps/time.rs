@@ -12,7 +12,7 @@ use super::driver::{Driver, is_balanced};
 use crate::report::discretisation::NodalErrors;
 use crate::report::nodes::{curvatures, twists};
 use crate::report::time_error::TimeError;
-use crate::report::{EventLog, Occurrence, TwistMonitor, result};
+use crate::report::{EventLog, Occurrence, TwistMonitor, branch};
 use crate::steps::certificate::Grade;
 use crate::steps::plan::Plan;
 use wireloom_core::State;
@@ -119,7 +119,7 @@ impl Driver<'_, '_> {
     pub(super) fn results_of_branches(&mut self) -> Vec<BranchResult> {
         let touching = self.problem.touching_points(&self.state);
         let branches = 0..self.problem.network.branches.len();
-        branches.map(|b| result::branch(&self.problem, b, &self.state, &touching)).collect()
+        branches.map(|b| branch::result(&self.problem, b, &self.state, &touching)).collect()
     }
 
     /// Errors of the results of all branches, of mesh and time.

@@ -13,7 +13,7 @@ use wireloom_core::{Problem, State, Tangent, Vector};
 use wireloom_solve::contact::multipliers::update_constraints;
 use wireloom_solve::minimisers::condensation::Condensation;
 use wireloom_solve::minimisers::newton::Newton;
-use wireloom_solve::report::result::branch;
+use wireloom_solve::report::branch;
 use wireloom_solve::steps::certificate::Certifier;
 use wireloom_testkit::conformance::networks::{Sample, cable, cut_cable, ring};
 use wireloom_testkit::constraints::Link;
@@ -189,7 +189,7 @@ fn the_moment_at_a_clamped_end_is_the_reaction_of_the_clamp() {
     problem.update_held(&state);
     let mut gradient = Tangent::zeros(&sample.network);
     problem.gradient(&state, &mut gradient);
-    let branch = branch(&problem, 0, &state, &vec![false; sample.network.points]);
+    let branch = branch::result(&problem, 0, &state, &vec![false; sample.network.points]);
     for (constraint, inner) in [(0, -branch.moment[0]), (1, branch.moment[20])] {
         let reaction = problem.reaction(constraint, &state, &gradient).1;
         let off = (inner - reaction).norm();

@@ -36,7 +36,7 @@ impl ContactTerm {
     /// Searches around every contact point that has moved too far since its last search.
     pub(super) fn search(&mut self, system: System<'_>, state: &State) {
         let network = system.network;
-        if network.obstacles.is_empty() {
+        if network.obstacles.is_empty() || self.without_obstacles {
             return;
         }
         let mut changed = false;

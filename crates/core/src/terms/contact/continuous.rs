@@ -85,7 +85,7 @@ impl ContactTerm {
         }
         free = free.min(self.collision_free_fraction_of_cables(system, from, to));
         let network = system.network;
-        if network.obstacles.is_empty() {
+        if network.obstacles.is_empty() || self.without_obstacles {
             return free;
         }
         for (i, point) in self.points.iter().enumerate().filter(|(_, point)| point.follows.is_none()) {

@@ -108,6 +108,8 @@ pub struct ContactTerm {
     pub(super) cached: Vec<Vec<CachedDistance>>,
     /// Contact points with a cached obstacle.
     pub(super) near: Vec<u32>,
+    /// Whether cables go through obstacles.
+    pub(super) without_obstacles: bool,
     /// Largest distance between neighbouring contact points at rest, by branch, m.
     pub(super) spacings: Vec<f64>,
     /// Initial penalty by branch, N/m.
@@ -209,6 +211,19 @@ impl ContactTerm {
     /// ρ of a record, N/m.
     pub fn penalty(&self, record: &ContactRecord) -> f64 {
         self.penalties[self.branch_of(record)] * record.penalty
+    }
+
+    /// Sets whether cables touch obstacles, as they do at first.
+    pub fn set_obstacles_act(&mut self, act: bool) {
+        self.without_obstacles = !act;
+        self.near.clear();
+        self.cached.iter_mut().for_each(Vec::clear);
+        self.search_again();
+    }
+
+    /// Whether an obstacle is near a cable at the state evaluated last.
+    pub fn is_beside_obstacle(&self) -> bool {
+        !self.near.is_empty()
     }
 
     /// Discards the search results, so that the next evaluation searches around every contact point again.
