@@ -567,8 +567,8 @@ fn a_start_that_an_obstacle_blocks_is_found_without_it() {
     assert!(told(&beside) && !told(&alone), "{:?}", beside.notes);
 }
 
-/// It did with 115 J, and on five meshes in five different equilibria, all of them stable. The one without the block does
-/// not touch it.
+/// It did with 115 J, and on five meshes in five different equilibria, all of them stable. The one without the block
+/// does not touch it.
 #[test]
 fn a_loop_does_not_start_caught_around_a_block() {
     let text = include_str!("contact/caught.toml");

@@ -81,7 +81,7 @@ pub fn carry_out(
             observer.checkpoint(&driver.checkpoint(&run, (index, 0), None, 0.0));
             driver.begin_step(step, index == 0, &mut run.notes)
         });
-        // End of the last increment that is not kept by itself; it is kept if the run ends early.
+        // End of the last increment that is not kept by itself; it is kept if the run ends before the next one does.
         let mut latest = (done > 0 && !schedule.increments && !step.keeps(done)).then(|| {
             let status = driver.certify(Status::Stalled);
             driver.step_result(step, done, status, spent)
@@ -125,15 +125,12 @@ pub fn carry_out(
             if stopped && is_balanced(run.status()) && !complete {
                 run.outcome = Outcome::Graded(Status::Interrupted);
             }
-            let before = latest.take();
-            if unbalanced {
-                run.steps.extend(before);
-            }
-            if kept || stopped {
+            latest = if kept || stopped {
                 run.steps.push(end);
+                None
             } else {
-                latest = Some(end);
-            }
+                Some(end)
+            };
             if unbalanced || stopped {
                 driver.log.write_to(network, &mut run);
                 return run;
