@@ -18,16 +18,12 @@ const SELECTION_WEIGHT: f64 = 1e-3;
 /// resolved ([`wireloom_core::obstacle::ContactSettings::resolve`]). Penetrations of a layout found by the program are
 /// always resolved.
 pub fn inside(network: &Network, schedule: &Schedule) -> Option<Penetration> {
-    if network.obstacles.is_empty() || network.contact.resolve || !is_drawn(network, schedule) {
+    let drawn = schedule.initial.is_some() || network.branches.iter().any(|branch| !branch.path.is_empty());
+    if network.obstacles.is_empty() || network.contact.resolve || !drawn {
         return None;
     }
     let state = place(network, schedule);
     Problem::new(network, Conditions::new(network, schedule.gravity, &state)).deepest_penetration(&state)
-}
-
-/// Whether paths or `initial` say where cables run at first, at least some of them.
-pub fn is_drawn(network: &Network, schedule: &Schedule) -> bool {
-    schedule.initial.is_some() || network.branches.iter().any(|branch| !branch.path.is_empty())
 }
 
 /// Initial state: each piece along the drawn paths if all its branches have one, else in its rest shape, placed by

@@ -4,7 +4,7 @@ use super::driver::{Driver, is_balanced};
 use super::increment::snap_through_iterations;
 use crate::minimisers::condensation::Condensation;
 use crate::report::EventLog;
-use crate::start::{layout, prolongation};
+use crate::start::prolongation;
 use crate::steps::certificate::Grade;
 use crate::steps::checkpoint::Checkpoint;
 use crate::steps::plan::{self, Plan};
@@ -122,15 +122,17 @@ impl Driver<'_, '_> {
     }
 
     /// Finds an equilibrium of the loads with a potential. Where obstacles block the way there, or cables are caught
-    /// behind them, and nothing says on which side of them cables run, one is found without obstacles, and with them
-    /// from there on.
+    /// behind them, and no path says on which side of them cables run, one is found without obstacles, and with them
+    /// from there on. An equilibrium near `initial` stays.
     fn find_equilibrium_with_potential(&mut self, schedule: &Schedule) -> Grade {
         let network = self.problem.network;
         let beginning = self.keep();
         let status = self.go_from_layout();
         let is_in_the_way =
             status != Status::Converged && self.problem.contact().is_beside_obstacle() || self.is_caught();
-        if !is_in_the_way || self.is_over() || layout::is_drawn(network, schedule) {
+        let has_paths = network.branches.iter().any(|branch| !branch.path.is_empty());
+        let is_placed = is_balanced(status) && schedule.initial.is_some();
+        if !is_in_the_way || self.is_over() || has_paths || is_placed {
             return status;
         }
         let energy = is_balanced(status).then(|| self.problem.energy(&self.state).total());
