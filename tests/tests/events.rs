@@ -512,3 +512,18 @@ fn a_body_that_goes_through_a_clip_and_back_in_one_increment_fails() {
     assert_eq!(verdict, Verdict::Fail);
     assert!((0.0047..=0.0048).contains(&depth), "its radius less the 0.1 mm: {depth}");
 }
+
+/// Its bends, forces and clearances are those of no state of the harness.
+#[test]
+fn an_increment_that_is_no_equilibrium_breaks_no_limits() {
+    let floor = "[[obstacles]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, -0.5]\nnormal = [0, 0, 1]\n\
+                 min_clearance = \"1 m\"\n";
+    let limited = |iterations: usize| run(&strip_text(&format!("{floor}[minimiser]\nmax_iterations = {iterations}\n")));
+    let (ended, cut_off) = (limited(1000), limited(1));
+    assert_eq!((ended.status(), cut_off.status()), (Status::Converged, Status::IterationLimit));
+    for kind in [EventKind::BendRadius, EventKind::ConstraintForce, EventKind::Clearance] {
+        assert_eq!((of(&ended, kind).len(), of(&cut_off, kind).len()), (1, 0), "{kind:?}");
+    }
+    assert!(ended.clearances.len() == 1 && cut_off.clearances.is_empty(), "{:?}", cut_off.clearances);
+    assert_eq!(of(&cut_off, EventKind::NotConverged).len(), 1);
+}

@@ -126,13 +126,15 @@ impl Driver<'_, '_> {
     /// from there on. An equilibrium near `initial` stays.
     fn find_equilibrium_with_potential(&mut self, schedule: &Schedule) -> Grade {
         let network = self.problem.network;
+        if network.obstacles.is_empty() || network.branches.iter().any(|branch| !branch.path.is_empty()) {
+            return self.go_from_layout();
+        }
         let beginning = self.keep();
         let status = self.go_from_layout();
         let is_in_the_way =
             status != Status::Converged && self.problem.contact().is_beside_obstacle() || self.is_caught();
-        let has_paths = network.branches.iter().any(|branch| !branch.path.is_empty());
         let is_placed = is_balanced(status) && schedule.initial.is_some();
-        if !is_in_the_way || self.is_over() || has_paths || is_placed {
+        if !is_in_the_way || self.is_over() || is_placed {
             return status;
         }
         let energy = is_balanced(status).then(|| self.problem.energy(&self.state).total());
